@@ -184,7 +184,8 @@ pub mod io {
 pub mod verify {
     #[doc(inline)]
     pub use septet_verify::{
-        Fault, HIDDEN_SITES, LEVELS, LevelReport, Report, Sites, Triangulation, VerifyOptions, verify,
+        Fault, HIDDEN_SITES, LEVELS, LevelReport, PeriodicBox, Report, Sites, Triangulation, VerifyOptions,
+        verify,
     };
 }
 

@@ -40,6 +40,7 @@ mod summary;
 mod text;
 mod threads;
 mod verify;
+mod verify_box;
 mod weights;
 
 use std::any::Any;

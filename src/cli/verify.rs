@@ -5,19 +5,22 @@ use std::path::{Path, PathBuf};
 use clap::Args;
 use glam::{DVec2, DVec3};
 use septet_core::model::Points;
-use septet_core::spec::Commands;
+use septet_core::spec::{Commands, Periodic};
 use septet_io::read::{CellFile, CellOptions, ListedFile, PointFile, ReadOptions, read_cells};
 use septet_io::{Format, Role, extension};
 use septet_lab::report::VerifyReport;
 use septet_verify::{Fault, Report, Sites, Triangulation, VerifyOptions, verify};
 
+use super::effects::{excludes, needs};
 use super::errors::{Code, Failure};
 use super::files;
 use super::formats::{check_reading, read_options};
 use super::given::Given;
+use super::headings::INPUT;
 use super::input::{self, Loaded};
 use super::progress::Talk;
 use super::text::counted;
+use super::verify_box::PeriodicPart;
 use super::weights::{GivenWeights, WeightArgs};
 
 /// Options of `septet verify`.
@@ -32,6 +35,7 @@ Examples:
   septet verify mesh.pvtu
   septet verify points.node mesh.1.ele
   septet verify atoms.csv cells.npy --weights w
+  septet verify gas.npy cells.npy --periodic 1,1,1 --offsets offsets.npy
   septet verify points.npy cells.npy --perturbed --json -")]
 pub struct VerifyArgs {
     #[arg(help = points_help(), value_name = "MESH|POINTS")]
@@ -42,6 +46,12 @@ pub struct VerifyArgs {
     given: Given<{ Commands::VERIFY.bits() }>,
     #[command(flatten)]
     weights: WeightArgs,
+    /// Offsets of the vertices of the cells in a periodic box
+    ///
+    /// The file is a .npy array of whole numbers, of the shape (cells, d + 1, d), as `septet triangulate` writes it. A vertex
+    /// lies at its point plus the offset times the box.
+    #[arg(long, value_name = "FILE", help_heading = INPUT, hide_short_help = true)]
+    offsets: Option<PathBuf>,
     /// Require that ties are broken by the symbolic perturbation of septet
     #[arg(long)]
     perturbed: bool,
@@ -72,7 +82,32 @@ impl VerifyArgs {
 
     /// Returns the kind of the triangulation.
     fn kind(&self) -> &'static str {
-        if self.weights.given().is_some() { "regular" } else { "Delaunay" }
+        match (self.weights.given().is_some(), self.offsets.is_some()) {
+            (false, false) => "Delaunay",
+            (true, false) => "regular",
+            (false, true) => "periodic Delaunay",
+            (true, true) => "periodic regular",
+        }
+    }
+
+    /// Returns the periodic box and the file of the offsets, if they are given.
+    fn periodic(&self) -> Result<Option<(Periodic, &Path)>, Failure> {
+        let given = self.given.options();
+        let is_periodic = given.has("periodic");
+        needs("--offsets", self.offsets.is_some(), "--periodic", is_periodic)?;
+        excludes("--terrain", given.has("terrain"), "--periodic", is_periodic)?;
+        let Some(periodic) = given.spec()?.input.periodic else { return Ok(None) };
+        let Some(offsets) = &self.offsets else {
+            let message = "--periodic needs the offsets of the vertices of the cells";
+            return Err(Failure::new(Code::Usage, message).help("add --offsets FILE, or omit --periodic"));
+        };
+        if self.cells.is_none() {
+            let message = "--periodic needs the points and the cells in two files";
+            return Err(
+                Failure::new(Code::Usage, message).help("name the file of the cells after the points")
+            );
+        }
+        Ok(Some((periodic, offsets)))
     }
 
     /// Returns a clause with the points, if they are in another file.
@@ -89,17 +124,21 @@ pub fn run(args: &VerifyArgs, talk: &Talk) -> Result<(), Failure> {
     }
     let json: Vec<&Path> = args.json.as_deref().into_iter().collect();
     let weights = args.weights.given();
-    let read: Vec<&Path> = inputs.into_iter().chain(weights.and_then(GivenWeights::file)).collect();
+    let others = weights.and_then(GivenWeights::file).into_iter().chain(args.offsets.as_deref());
+    let read: Vec<&Path> = inputs.into_iter().chain(others).collect();
     files::check(&read, &[], &json)?;
     let is_sample = input::sample(&args.points, None)?.is_some();
     check_reading(args.given.options(), is_sample)?;
     weights.map_or(Ok(()), |weights| weights.check(args.given.options(), is_sample))?;
+    let periodic = args.periodic()?;
     if is_sample && args.cells.is_none() {
         let message = format!("{} has points and no cells", args.points);
         return Err(Failure::new(Code::Usage, message).help("name the file of the cells after it"));
     }
     let subject = subject(args, talk)?;
     let (points, cells) = (&subject.points, &subject.cells);
+    let of_box = |given| PeriodicPart::of(given, (&subject.points, cells), (&args.points, talk));
+    let periodic = periodic.map(of_box).transpose()?;
     let mesh = Triangulation {
         dimension: points.dimension(),
         coordinates: points.coordinates(),
@@ -110,13 +149,16 @@ pub fn run(args: &VerifyArgs, talk: &Talk) -> Result<(), Failure> {
         threads: args.threads.unwrap_or(0) as usize,
         any_order: true,
     };
-    let sites = Sites { mesh, weights: subject.weights.as_deref() };
+    let weights_of_points = subject.weights.as_deref();
+    let sites =
+        Sites { mesh, weights: weights_of_points, periodic: periodic.as_ref().map(PeriodicPart::view) };
     let report = verify(sites, &options, &mut |stage, done, total| talk.stage(stage, done, Some(total)));
     talk.clear();
     if let Some(path) = &args.json {
         let json = VerifyReport {
             weights: weights.and_then(GivenWeights::weights),
             radii: weights.and_then(GivenWeights::radii),
+            periodic: periodic.as_ref().map(PeriodicPart::report),
             ..VerifyReport::of(&report, &args.points, args.mesh())
         };
         let mut text = serde_json::to_string_pretty(&json)

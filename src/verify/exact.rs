@@ -21,72 +21,18 @@ use std::cmp::Ordering;
 
 use num_bigint::BigInt;
 
+use super::dyadic::{sign_of, span, split, whole};
+use super::minors::Minors;
+use super::place::Place;
+use super::ring::Ring;
+
 /// A position and a weight.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Site<const D: usize> {
-    /// The coordinates.
-    pub place: [f64; D],
+pub(super) struct Site<P> {
+    /// The position.
+    pub place: P,
     /// The weight, a squared length.
     pub weight: f64,
-}
-
-/// The operations that the determinants use.
-pub(super) trait Ring: Clone {
-    /// Computes `self + other`.
-    fn plus(&self, other: &Self) -> Self;
-    /// Computes `self - other`.
-    fn minus(&self, other: &Self) -> Self;
-    /// Computes `self * other`.
-    fn times(&self, other: &Self) -> Self;
-}
-
-impl Ring for f64 {
-    #[inline]
-    fn plus(&self, other: &Self) -> Self {
-        self + other
-    }
-    #[inline]
-    fn minus(&self, other: &Self) -> Self {
-        self - other
-    }
-    #[inline]
-    fn times(&self, other: &Self) -> Self {
-        self * other
-    }
-}
-
-/// Machine integers. The caller bounds every partial sum by [`bits`], so no operation overflows. Wrapping operations
-/// are used only because they need no overflow check.
-macro_rules! machine_ring {
-    ($($int:ty),*) => {$(
-        impl Ring for $int {
-            #[inline]
-            fn plus(&self, other: &Self) -> Self {
-                self.wrapping_add(*other)
-            }
-            #[inline]
-            fn minus(&self, other: &Self) -> Self {
-                self.wrapping_sub(*other)
-            }
-            #[inline]
-            fn times(&self, other: &Self) -> Self {
-                self.wrapping_mul(*other)
-            }
-        }
-    )*};
-}
-machine_ring!(i64, i128);
-
-impl Ring for BigInt {
-    fn plus(&self, other: &Self) -> Self {
-        self + other
-    }
-    fn minus(&self, other: &Self) -> Self {
-        self - other
-    }
-    fn times(&self, other: &Self) -> Self {
-        self * other
-    }
 }
 
 #[inline]
@@ -106,10 +52,10 @@ fn det3<R: Ring>(a: &[R], b: &[R], c: &[R]) -> R {
 #[inline]
 pub(super) fn norm<R: Ring, const D: usize>(a: &[R; D]) -> R {
     let planar = a[0].times(&a[0]).plus(&a[1].times(&a[1]));
-    if D == 2 { planar } else { planar.plus(&a[2].times(&a[2])) }
+    a[2..].iter().fold(planar, |sum, x| sum.plus(&x.times(x)))
 }
 
-/// Returns the form of `K` rows of differences from a base point. `D` is 2 or 3.
+/// Returns the form of `K` rows of differences from a base point. `D` is at least 2. Above 3, minors compute it.
 ///
 /// For `K = D`, it is the orientation of the base point and the points of the rows. For `K = D + 1`, it is the in-sphere
 /// form of the cell of the rows and the base point.
@@ -118,6 +64,7 @@ pub(super) fn form<R: Ring, const D: usize, const K: usize>(rows: &[[R; D]; K]) 
     match (D, K) {
         (2, 2) => det2(&rows[0], &rows[1], 0, 1),
         (3, 3) => det3(&rows[0], &rows[1], &rows[2]),
+        _ if K == D => Minors::of(rows).determinant().unwrap_or_else(|| rows[0][0].clone()),
         _ => lifted(rows, &from_fn(|i| norm(&rows[i]))),
     }
 }
@@ -125,6 +72,12 @@ pub(super) fn form<R: Ring, const D: usize, const K: usize>(rows: &[[R; D]; K]) 
 /// Returns the in-sphere form of `K = D + 1` rows of differences with these numbers in the last column.
 #[inline]
 pub(super) fn lifted<R: Ring, const D: usize, const K: usize>(rows: &[[R; D]; K], last: &[R; K]) -> R {
+    if D > 3 {
+        let minors = Minors::of(rows);
+        let term = |i: usize| last[i].times(minors.without(i, K));
+        let odd = |sum: R, i: usize| if i % 2 == 1 { sum.minus(&term(i)) } else { sum.plus(&term(i)) };
+        return (1..K).fold(term(0), odd);
+    }
     let (a, b, c) = (&rows[0], &rows[1], &rows[2]);
     if D == 2 {
         let first = last[0].times(&det2(b, c, 0, 1));
@@ -145,14 +98,26 @@ pub(super) fn lifted<R: Ring, const D: usize, const K: usize>(rows: &[[R; D]; K]
 ///
 /// The numbers are 2, 6, 12 (three minors of two monomials, times two squares) and 72 (four minors of six, times three).
 /// With weights, the last two are 18 and 96, because a difference of weights counts as one more square. The logarithm
-/// holds for both.
+/// holds for both. Above `d = 3`, the numbers are `d!` and `(d + 1)! (d + 1)`.
 const fn size(d: usize, k: usize) -> (u32, u32) {
     match (d, k) {
         (2, 2) => (2, 1),
         (2, _) => (4, 5),
-        (_, 3) => (3, 3),
-        _ => (5, 7),
+        (3, 3) => (3, 3),
+        (3, _) => (5, 7),
+        _ if k == d => (d as u32, logarithm(factorial(d))),
+        _ => (d as u32 + 2, logarithm(factorial(k) * k as u64)),
     }
+}
+
+/// Returns `n!`.
+pub(super) const fn factorial(n: usize) -> u64 {
+    if n == 0 { 1 } else { n as u64 * factorial(n - 1) }
+}
+
+/// Returns the binary logarithm, rounded up to one that is larger.
+const fn logarithm(n: u64) -> u32 {
+    u64::BITS - n.leading_zeros()
 }
 
 /// Returns `bits` such that every partial sum of the form is below `2^bits` if all differences are below `2^b`, and those
@@ -162,62 +127,27 @@ const fn bits(d: usize, k: usize, b: u32) -> u32 {
     degree * b + terms
 }
 
-/// Splits a finite `x` into `(m, e)` with `x = m 2^e` and `m` odd. Zero is `(0, 0)`.
+/// Converts places to integers: multiplies all coordinates by one common power of two.
+pub(super) fn integers<P: Place<D>, const D: usize>(places: &[P]) -> Vec<[BigInt; D]> {
+    let parts = || places.iter().flat_map(|place| (0..D).flat_map(|k| place.parts(k)));
+    let (low, _) = span(parts().map(split));
+    let coordinate = |place: &P, k: usize| place.parts(k).iter().map(|&part| whole(part, low)).sum();
+    places.iter().map(|place| from_fn(|k| coordinate(place, k))).collect()
+}
+
+/// Returns `true` if the rounded coordinates are exact.
 #[inline]
-fn split(x: f64) -> (i64, i32) {
-    if x == 0.0 {
-        return (0, 0);
-    }
-    let raw = x.to_bits();
-    let biased = ((raw >> 52) & 0x7ff) as i32;
-    let fraction = (raw & ((1 << 52) - 1)) as i64;
-    let (m, e) = if biased == 0 { (fraction, -1074) } else { (fraction | (1 << 52), biased - 1075) };
-    let shift = m.trailing_zeros();
-    let m = m >> shift;
-    (if raw >> 63 == 1 { -m } else { m }, e + shift as i32)
-}
-
-/// Returns `2^k` for `k` in `-1022..=1023`.
-pub(super) fn power_of_two(k: i32) -> f64 {
-    f64::from_bits(((1023 + k) as u64) << 52)
-}
-
-/// Returns the lowest exponent, and the position after the highest bit, of all nonzero coordinates.
-#[inline]
-fn span(parts: impl Iterator<Item = (i64, i32)>) -> (i32, i32) {
-    let mut low = i32::MAX;
-    let mut high = i32::MIN;
-    for (m, e) in parts.filter(|&(m, _)| m != 0) {
-        low = low.min(e);
-        high = high.max(e + (64 - m.unsigned_abs().leading_zeros()) as i32);
-    }
-    (low, high)
-}
-
-/// Returns `x / 2^low` for a finite `x` that this makes an integer.
-fn whole(x: f64, low: i32) -> BigInt {
-    let (m, e) = split(x);
-    if m == 0 { BigInt::ZERO } else { BigInt::from(m) << (e - low) }
-}
-
-/// Converts points to integers: multiplies all coordinates by one common power of two.
-pub(super) fn integers<const D: usize>(points: &[[f64; D]]) -> Vec<[BigInt; D]> {
-    let (low, _) = span(points.iter().flatten().map(|&x| split(x)));
-    points.iter().map(|p| from_fn(|k| whole(p[k], low))).collect()
-}
-
-/// Returns the sign of a big integer.
-pub(super) fn sign_of(x: &BigInt) -> Ordering {
-    x.cmp(&BigInt::ZERO)
+fn is_exact<P: Place<D>, const D: usize>(place: &P) -> bool {
+    !P::IS_PERIODIC || (0..D).all(|axis| place.slack(axis) == 0.0)
 }
 
 /// Computes the exact sign of the form of `others - base`.
-pub(super) fn exact_sign<const D: usize, const K: usize>(
-    base: &[f64; D],
-    others: &[[f64; D]; K],
-) -> Ordering {
-    let origin: [(i64, i32); D] = from_fn(|k| split(base[k]));
-    let parts: [[(i64, i32); D]; K] = from_fn(|i| from_fn(|k| split(others[i][k])));
+pub(super) fn exact_sign<P: Place<D>, const D: usize, const K: usize>(base: &P, others: &[P; K]) -> Ordering {
+    if !is_exact(base) || !others.iter().all(is_exact) {
+        return wide_sign(base, others);
+    }
+    let origin: [(i64, i32); D] = from_fn(|k| split(base.near()[k]));
+    let parts: [[(i64, i32); D]; K] = from_fn(|i| from_fn(|k| split(others[i].near()[k])));
     let (low, high) = span(origin.iter().chain(parts.iter().flatten()).copied());
     // The span is computed in `i64`, so that no spread of exponents overflows it.
     if i64::from(high) - i64::from(low) > 62 {
@@ -238,7 +168,7 @@ pub(super) fn exact_sign<const D: usize, const K: usize>(
 
 /// Returns the exact sign for any spread of exponents.
 #[cold]
-fn wide_sign<const D: usize, const K: usize>(base: &[f64; D], others: &[[f64; D]; K]) -> Ordering {
+fn wide_sign<P: Place<D>, const D: usize, const K: usize>(base: &P, others: &[P; K]) -> Ordering {
     let mut all = others.to_vec();
     all.push(*base);
     let whole = integers(&all);
@@ -247,22 +177,26 @@ fn wide_sign<const D: usize, const K: usize>(base: &[f64; D], others: &[[f64; D]
 }
 
 /// Computes the exact sign of the in-sphere form with weights, of `N = D + 1` sites and the query `q`.
-pub(super) fn exact_power<const D: usize, const N: usize>(cell: &[Site<D>; N], q: &Site<D>) -> Ordering {
+pub(super) fn exact_power<P: Place<D>, const D: usize, const N: usize>(
+    cell: &[Site<P>; N],
+    q: &Site<P>,
+) -> Ordering {
     let all = || cell.iter().chain([q]);
-    let places = span(all().flat_map(|site| site.place).map(split));
+    let parts = |site: &Site<P>| from_fn::<_, D, _>(|k| site.place.parts(k)).into_iter().flatten();
+    let places = span(all().flat_map(parts).map(split));
     let weights = span(all().map(|site| split(site.weight)));
     // All coordinates are multiples of `2^low`, and all weights of `4^low`. The sizes are below `2^high` and `4^high`.
     let low = places.0.min(weights.0.div_euclid(2));
     let high = places.1.max(weights.1.div_euclid(2).saturating_add(1));
-    if i64::from(high) - i64::from(low) > 62 {
+    if i64::from(high) - i64::from(low) > 62 || !all().all(|site| is_exact(&site.place)) {
         return wide_power(cell, q, low);
     }
     let small = |x: f64, low: i32| {
         let (m, e) = split(x);
         if m == 0 { 0 } else { i128::from(m) << (e - low) }
     };
-    let rows: [[i128; D]; N] =
-        from_fn(|i| from_fn(|k| small(cell[i].place[k], low) - small(q.place[k], low)));
+    let coordinate = |site: &Site<P>, k: usize| small(site.place.near()[k], low);
+    let rows: [[i128; D]; N] = from_fn(|i| from_fn(|k| coordinate(&cell[i], k) - coordinate(q, k)));
     let weights: [i128; N] = from_fn(|i| small(cell[i].weight, 2 * low) - small(q.weight, 2 * low));
     let length = |x: &i128| 128 - x.unsigned_abs().leading_zeros();
     let of_rows = rows.iter().flatten().map(length).max().unwrap_or(0);
@@ -273,11 +207,17 @@ pub(super) fn exact_power<const D: usize, const N: usize>(cell: &[Site<D>; N], q
     lifted(&rows, &from_fn(|i| norm(&rows[i]).minus(&weights[i]))).cmp(&0)
 }
 
-/// Returns the exact sign with weights, for any spread of exponents. All coordinates are multiples of `2^low`, and all
-/// weights are multiples of `4^low`.
+/// Returns the exact sign with weights, for any spread of exponents. All parts of coordinates are multiples of `2^low`, and
+/// all weights are multiples of `4^low`.
 #[cold]
-fn wide_power<const D: usize, const N: usize>(cell: &[Site<D>; N], q: &Site<D>, low: i32) -> Ordering {
-    let row = |i: usize| from_fn(|k| whole(cell[i].place[k], low) - whole(q.place[k], low));
+fn wide_power<P: Place<D>, const D: usize, const N: usize>(
+    cell: &[Site<P>; N],
+    q: &Site<P>,
+    low: i32,
+) -> Ordering {
+    let coordinate =
+        |site: &Site<P>, k: usize| -> BigInt { site.place.parts(k).iter().map(|&x| whole(x, low)).sum() };
+    let row = |i: usize| from_fn(|k| coordinate(&cell[i], k) - coordinate(q, k));
     let rows: [[BigInt; D]; N] = from_fn(row);
     let weight = |x: f64| whole(x, 2 * low);
     let last: [BigInt; N] = from_fn(|i| norm(&rows[i]) - weight(cell[i].weight) + weight(q.weight));
@@ -287,17 +227,6 @@ fn wide_power<const D: usize, const N: usize>(cell: &[Site<D>; N], q: &Site<D>, 
 #[cfg(test)]
 mod tests {
     use super::*;
-
-    #[test]
-    fn splits_every_kind_of_float() {
-        for x in [1.0, -3.5, 0.1, f64::MIN_POSITIVE, 5e-324, -f64::MAX, 1e300, 6.0] {
-            let (m, e) = split(x);
-            assert_eq!(m & 1, 1);
-            let half = (e / 2, e - e / 2);
-            assert_eq!(m as f64 * 2f64.powi(half.0) * 2f64.powi(half.1), x);
-        }
-        assert_eq!(split(0.0), (0, 0));
-    }
 
     #[test]
     fn the_widths_agree() {

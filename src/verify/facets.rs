@@ -1,7 +1,10 @@
 //! The third level, manifold: facets are matched by their vertices.
 //!
 //! **Statement.** 1. A facet has one cell, or two on opposite sides. 2. The cells at a vertex are connected through
-//! facets at that vertex. 3. In space, the link of every vertex is a disc or a sphere.
+//! facets at that vertex. 3. For `d` = 3, the link of every vertex is a disc or a sphere.
+//!
+//! In a periodic box, vertices, facets and cells are classes of translated ones, and only 1 is checked: the theorem of [`super`]
+//! needs no more. Facets are matched by their vertices up to a translation. If all axes are periodic, no facet has one cell.
 //!
 //! **Euler characteristic.** The characteristic of a link decides 3. In a link, every edge has one triangle or two,
 //! and the triangles are connected through edges. Separate the link at pinched vertices. The result is a connected
@@ -11,14 +14,16 @@
 //! boundary is a disc if and only if its characteristic is 1. In the plane, links are graphs of degree at most two,
 //! and a connected one is a path or a cycle.
 //!
-//! **Work.** Each facet is found at its smallest vertex. A star of s cells takes O(s log s), and vertices are processed
+//! **Work.** Each facet is found at its smallest row. A star of s cells takes O(s log s), and vertices are processed
 //! in parallel. **Memory.** `2 N` words of 32 bits per cell.
 
 use std::sync::atomic::{AtomicU32, Ordering::Relaxed};
 
-use super::report::{Fault, Tally};
+use super::fault::Fault;
+use super::place::{Place, Steps, Vertex};
+use super::report::Tally;
 use super::runner::Runner;
-use super::soup::Soup;
+use super::soup::{Corner, Soup};
 
 /// The twin of a facet with one cell.
 pub(super) const BOUNDARY: u32 = u32::MAX;
@@ -32,20 +37,25 @@ struct Stars {
 }
 
 impl Stars {
-    fn new<const N: usize>(points: usize, cells: &[[u32; N]]) -> Self {
+    fn new<S: Steps, const N: usize>(points: usize, cells: &[[Vertex<S>; N]]) -> Self {
+        // Several images of a point may be vertices of one cell.
+        let rows = |cell: &[Vertex<S>; N]| {
+            let rows = cell.map(|v| v.row as usize);
+            (0..N).filter(move |&i| !rows[..i].contains(&rows[i])).map(move |i| rows[i])
+        };
         let mut offsets = vec![0; points + 1];
-        for &v in cells.iter().flatten() {
-            offsets[v as usize + 1] += 1;
+        for v in cells.iter().flat_map(rows) {
+            offsets[v + 1] += 1;
         }
         for i in 0..points {
             offsets[i + 1] += offsets[i];
         }
         let mut next = offsets.clone();
-        let mut at = vec![0; cells.len() * N];
+        let mut at = vec![0; offsets[points]];
         for (cell, row) in cells.iter().enumerate() {
-            for &v in row {
-                at[next[v as usize]] = cell as u32;
-                next[v as usize] += 1;
+            for v in rows(row) {
+                at[next[v]] = cell as u32;
+                next[v] += 1;
             }
         }
         Self { offsets, cells: at }
@@ -64,7 +74,7 @@ pub(super) struct Facets {
 
 /// Returns `true` if the orientation that a positive cell induces on its facet opposite to `slot` is odd, relative to the
 /// sorted vertices of the facet.
-fn parity<const N: usize>(row: &[u32; N], slot: usize) -> bool {
+fn parity<S: Steps, const N: usize>(row: &[Vertex<S>; N], slot: usize) -> bool {
     let mut odd = slot % 2 == 1;
     for i in (0..N).filter(|&i| i != slot) {
         for j in (i + 1..N).filter(|&j| j != slot) {
@@ -74,30 +84,23 @@ fn parity<const N: usize>(row: &[u32; N], slot: usize) -> bool {
     odd
 }
 
-/// Finds the facets whose smallest vertex is `vertex`. Returns sorted pairs of the other vertices and the number of the
-/// facet.
-fn facets_at<const D: usize, const N: usize>(
-    soup: &Soup<D, N>,
+/// The settled vertices of a facet, and its number.
+type Keyed<P, const D: usize> = ([Corner<P, D>; D], u32);
+
+/// Finds the facets whose smallest row is `vertex`. Returns their settled vertices and their numbers, sorted.
+fn facets_at<P: Place<D>, const D: usize, const N: usize>(
+    soup: &Soup<P, D, N>,
     star: &[u32],
     vertex: u32,
-    found: &mut Vec<([u32; 2], u32)>,
+    found: &mut Vec<Keyed<P, D>>,
 ) {
     found.clear();
     for &cell in star {
-        let row = soup.cells[cell as usize];
-        for slot in (0..N).filter(|&slot| row[slot] != vertex) {
-            let mut key = [0, 0];
-            let mut smallest = true;
-            let others = (0..N).filter(|&i| i != slot && row[i] != vertex);
-            for (k, i) in others.enumerate() {
-                key[k] = row[i];
-                smallest &= row[i] > vertex;
-            }
-            if smallest {
-                if N == 4 {
-                    key.sort_unstable();
-                }
-                found.push((key, cell * N as u32 + slot as u32));
+        let row = &soup.cells[cell as usize];
+        for slot in 0..N {
+            let rows = (0..N).filter(|&i| i != slot).map(|i| row[i].row);
+            if rows.min() == Some(vertex) {
+                found.push((soup.settled(cell, slot).0, cell * N as u32 + slot as u32));
             }
         }
     }
@@ -105,9 +108,9 @@ fn facets_at<const D: usize, const N: usize>(
 }
 
 /// Matches the facets of a group with the same vertices.
-fn match_group<const D: usize, const N: usize>(
-    soup: &Soup<D, N>,
-    group: &[([u32; 2], u32)],
+fn match_group<P: Place<D>, const D: usize, const N: usize>(
+    soup: &Soup<P, D, N>,
+    group: &[Keyed<P, D>],
     twin: &[AtomicU32],
     tally: &mut Tally,
 ) {
@@ -117,10 +120,13 @@ fn match_group<const D: usize, const N: usize>(
     };
     tally.checked += 1;
     let odd = |k: usize| parity(&soup.cells[at(k).0 as usize], at(k).1);
+    let (cell, slot) = at(0);
     if group.len() == 1 {
+        if soup.is_closed() {
+            tally.fault(Fault::OpenFacet { facet: soup.facet(cell, slot), cell: cell as u64 });
+        }
         return;
     }
-    let (cell, slot) = at(0);
     if group.len() == 2 {
         if odd(0) != odd(1) || soup.is_flat(cell) || soup.is_flat(at(1).0) {
             twin[group[0].1 as usize].store(group[1].1, Relaxed);
@@ -141,7 +147,10 @@ fn match_group<const D: usize, const N: usize>(
 
 impl Facets {
     /// Matches all facets and checks the level `manifold`.
-    pub fn new<const D: usize, const N: usize>(soup: &Soup<D, N>, runner: &mut Runner<'_>) -> (Self, Tally) {
+    pub fn new<P: Place<D>, const D: usize, const N: usize>(
+        soup: &Soup<P, D, N>,
+        runner: &mut Runner<'_>,
+    ) -> (Self, Tally) {
         let points = soup.points.len();
         let stars = Stars::new(points, &soup.cells);
         let twin: Vec<AtomicU32> = (0..soup.cells.len() * N).map(|_| AtomicU32::new(BOUNDARY)).collect();
@@ -155,6 +164,9 @@ impl Facets {
             }
         });
         let facets = Self { twin: twin.into_iter().map(AtomicU32::into_inner).collect() };
+        if P::IS_PERIODIC {
+            return (facets, tally);
+        }
         tally.append(runner.each("vertices", points, |range, tally| {
             let mut scratch = Scratch::default();
             for vertex in range.filter(|&v| soup.used[v]) {
@@ -178,9 +190,9 @@ impl Facets {
 
     /// Checks that a star is connected, and checks the Euler characteristic of its link. A broken facet in the star was
     /// reported before.
-    fn check_star<const D: usize, const N: usize>(
+    fn check_star<P: Place<D>, const D: usize, const N: usize>(
         &self,
-        soup: &Soup<D, N>,
+        soup: &Soup<P, D, N>,
         star: &[u32],
         vertex: u32,
         scratch: &mut Scratch,
@@ -198,7 +210,7 @@ impl Facets {
         }
         while let Some(here) = stack.pop() {
             let cell = star[here];
-            let row = soup.cells[cell as usize];
+            let row = soup.cells[cell as usize].map(|v| v.row);
             for slot in (0..N).filter(|&slot| row[slot] != vertex) {
                 link.push(row[slot]);
                 match self.twin[cell as usize * N + slot] {

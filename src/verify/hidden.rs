@@ -9,21 +9,26 @@
 //! strictly on the outer side. If no lifts tie, such walks have no cycles (Edelsbrunner 1989). Otherwise, a random
 //! choice of the facet leaves every cycle sooner or later. If a walk is longer than [`Walk::most`], all cells are searched.
 //!
+//! In a periodic box, the walk is among all translations of cells, and leads to the image of the point in the box.
+//!
 //! **Work.** O(h log h) for the order of h places, that of the leaves of a k-d tree. Each walk starts at the cell of the
 //! place before. It is short unless the cells are thin. It takes O(m) at most.
 
 use std::cmp::Ordering;
 
 use super::facets::{BROKEN, Facets};
+use super::fault::Fault;
+use super::place::{Place, Steps, Vertex};
 use super::predicates::replaced;
-use super::report::{Fault, Tally};
+use super::report::Tally;
 use super::runner::Runner;
 use super::soup::Soup;
+use super::translations::{around, translations};
 
 /// The cells, where a walk searches.
-pub(super) struct Walk<'a, const D: usize, const N: usize> {
+pub(super) struct Walk<'a, P: Place<D>, const D: usize, const N: usize> {
     /// The cells, which cover a convex region once.
-    pub soup: &'a Soup<D, N>,
+    pub soup: &'a Soup<P, D, N>,
     /// Their facets.
     pub facets: &'a Facets,
     /// The largest number of steps of a walk. Then all cells are searched.
@@ -32,39 +37,55 @@ pub(super) struct Walk<'a, const D: usize, const N: usize> {
 
 /// The end of a walk.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(super) enum Found {
-    /// The closed cell contains the point.
-    In(u32),
-    /// The point is outside all cells, beyond a boundary facet of the cell.
-    Beyond(u32),
+pub(super) enum Found<S> {
+    /// The closed translated cell contains the point.
+    In(Moved<S>),
+    /// The point is outside all cells, beyond a boundary facet of the translated cell.
+    Beyond(Moved<S>),
+}
+
+/// A translated cell.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) struct Moved<S> {
+    pub cell: u32,
+    pub by: S,
 }
 
 /// Checks the level `hidden sites`. All other levels have passed.
-pub(super) fn check<const D: usize, const N: usize>(
-    soup: &Soup<D, N>,
+pub(super) fn check<P: Place<D>, const D: usize, const N: usize>(
+    soup: &Soup<P, D, N>,
     facets: &Facets,
     runner: &mut Runner<'_>,
 ) -> Tally {
     let mut order = soup.concealed.clone();
-    runner.on_threads(&mut || sort_by_place(&soup.points, &mut order));
+    let near: Vec<[f64; D]> = if P::IS_PERIODIC {
+        (0..soup.points.len() as u32).map(|i| *soup.place(soup.base(i)).near()).collect()
+    } else {
+        Vec::new()
+    };
+    let points = if P::IS_PERIODIC { &near } else { &soup.points };
+    runner.on_threads(&mut || sort_by_place(points, &mut order));
     let walk = Walk { soup, facets, most: 4 * soup.cells.len() as u64 + 100 };
     runner.each("hidden sites", order.len(), |range, tally| {
-        let mut start = soup.cells.len() as u32 / 2;
+        let mut start = walk.start();
         for &point in &order[range] {
             tally.checked += 1;
-            let cell = match walk.to(start, &soup.points[point as usize]) {
-                Found::In(cell) => {
-                    if soup.in_sphere(cell, &soup.corners(cell), point) != Ordering::Less {
+            let place = soup.base(point);
+            start = match walk.to(start, &soup.place(place)) {
+                Found::In(moved) => {
+                    let Moved { cell, by } = moved;
+                    // The cell stays, and the point is translated back.
+                    let site = Vertex { steps: place.steps.minus(by), ..place };
+                    if soup.in_sphere(cell, &soup.corners(cell), site) != Ordering::Less {
                         tally.fault(Fault::NotHidden { point: point as u64, cell: cell as u64 });
                     }
-                    cell
+                    moved
                 }
-                Found::Beyond(cell) => {
-                    tally.fault(Fault::Outside { point: point as u64, cell: cell as u64 });
-                    cell
+                Found::Beyond(moved) => {
+                    tally.fault(Fault::Outside { point: point as u64, cell: moved.cell as u64 });
+                    moved
                 }
             };
-            start = cell;
         }
     })
 }
@@ -95,27 +116,49 @@ fn mixed(x: u64) -> u64 {
     (z ^ (z >> 27)) >> 32
 }
 
-impl<const D: usize, const N: usize> Walk<'_, D, N> {
+impl<P: Place<D>, const D: usize, const N: usize> Walk<'_, P, D, N> {
+    /// Returns a cell in the middle of the list, translated such that its first vertex is in the box.
+    fn start(&self) -> Moved<P::Steps> {
+        let cell = self.soup.cells.len() as u32 / 2;
+        let by = self
+            .soup
+            .cells
+            .get(cell as usize)
+            .map_or(P::Steps::ZERO, |row| self.soup.base(row[0].row).steps.minus(row[0].steps));
+        Moved { cell, by }
+    }
+
     /// Walks from a cell to a place.
-    pub fn to(&self, start: u32, place: &[f64; D]) -> Found {
-        let (mut cell, mut entry) = (start, None);
+    pub fn to(&self, start: Moved<P::Steps>, place: &P) -> Found<P::Steps> {
+        let (mut here, mut entry) = (start, None);
         for step in 0..self.most {
-            let corners = self.soup.corners(cell);
+            let Moved { cell, by } = here;
+            let corners = self.soup.corners_at(cell, by);
             let first = mixed(step) as usize % N;
             let mut slots = (first..first + N).map(|slot| slot % N).filter(|&slot| Some(slot) != entry);
             let Some(exit) = slots.find(|&slot| replaced(&corners, slot, place).is_lt()) else {
-                return Found::In(cell);
+                return Found::In(here);
             };
             let twin = self.facets.twin[cell as usize * N + exit];
             if twin >= BROKEN {
-                return Found::Beyond(cell);
+                return Found::Beyond(here);
             }
-            (cell, entry) = (twin / N as u32, Some(twin as usize % N));
+            here = Moved { cell: twin / N as u32, by: by.plus(self.soup.across(cell, exit, twin)) };
+            entry = Some(twin as usize % N);
         }
-        let contains = |&cell: &u32| {
-            let corners = self.soup.corners(cell);
-            (0..N).all(|slot| replaced(&corners, slot, place).is_ge())
-        };
-        (0..self.soup.cells.len() as u32).find(contains).map_or(Found::Beyond(cell), Found::In)
+        self.search(place).map_or(Found::Beyond(here), Found::In)
+    }
+
+    /// Searches all cells for one that contains a place.
+    fn search(&self, place: &P) -> Option<Moved<P::Steps>> {
+        let target = around(&[*place]);
+        (0..self.soup.cells.len() as u32).find_map(|cell| {
+            let all = translations(self.soup, &around(&self.soup.corners(cell)), &target);
+            let contains = |by: &P::Steps| {
+                let corners = self.soup.corners_at(cell, *by);
+                (0..N).all(|slot| replaced(&corners, slot, place).is_ge())
+            };
+            Some(Moved { cell, by: all.into_iter().find(contains)? })
+        })
     }
 }

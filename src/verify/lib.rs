@@ -1,12 +1,12 @@
 //! An independent verifier of Delaunay and regular triangulations, for the files of septet and of any other program.
 //!
 //! The verifier shares no code with the construction of triangulations. It has its own arithmetic: dyadic big integers
-//! behind its own `f64` filter (modules `exact` and `predicates`). Its only inputs are the coordinates, the weights and the
-//! list of cells.
+//! behind its own `f64` filter (modules `exact` and `predicates`). Its only inputs are the coordinates, the weights, the
+//! list of cells, and the offsets of their vertices in a periodic box.
 //!
 //! # Theorem
 //!
-//! A *site* is a position `p` in `R^d`, `d` = 2 or 3, and a weight `w`. Plain points are sites of weight 0. The *lift*
+//! A *site* is a position `p` in `R^d`, `d >= 2`, and a weight `w`. Plain points are sites of weight 0. The *lift*
 //! of a site is the point `(p, |p|^2 - w)` of `R^(d+1)`. The *lift of a cell* is the hyperplane through the lifts of its
 //! vertices. A site is *hidden* if its lift is strictly above the lower hull of all lifts. No plain point is.
 //!
@@ -51,10 +51,12 @@
 //!
 //! *Convexity.* Take a generic point of a boundary ridge. Its two facets lie on either side of the ridge, seen from
 //! `x`, because they would overlap otherwise. There, `U` is the wedge on the inner side of the two facets, which is
-//! convex by 4. Let `y` and `z` be generic points of the boundary. In space, the plane through `x`, `y` and `z` misses
-//! all vertices. For `d` = 2, take the plane itself. This plane cuts `U` in a star-shaped polygon without an angle
-//! above 180 degrees. Such a polygon is convex. So `U` contains the segment `yz`, and by closure `U` is convex. By 1
-//! and 7, `U` contains all positions. So it is their convex hull.
+//! convex by 4. Let `y` and `z` be generic points of `U`. A plane through `x`, `y` and `z` misses all faces of dimension `d - 3`.
+//! For `d` = 2, take the plane itself. The triangle `xyz` cuts `U` in a polygon that is star-shaped from `x` and contains the
+//! edges `xy` and `xz`. If the polygon is not the triangle, a chain of its boundary leaves the edge `yz`, lies inside the
+//! triangle, and returns to `yz`. At the last of the points of the chain that are farthest from `yz`, the angle of `U` exceeds
+//! 180 degrees, which contradicts the wedges. So `U` contains the segment `yz`, and by closure `U` is convex. By 1 and 7, `U`
+//! contains all positions. So it is their convex hull.
 //!
 //! *Heights.* On each cell, let `h` be the affine interpolation of `|p|^2 - w` at its vertices. It agrees on the two sides
 //! of an interior facet, and by 5 it is convex across the facet. All facets in the interior of `U` are interior facets.
@@ -91,29 +93,85 @@
 //! lexicographically larger than `q`, because `q` is a convex combination of them. Its infinitesimal exceeds that of `q` by
 //! orders of magnitude, so the perturbed lift of `q` is strictly below theirs.
 //!
+//! # Periodic boxes
+//!
+//! A box has a length `L_a > 0` along each *periodic* axis `a`. All axes may be periodic, or some. A row of the input at `x`
+//! stands for its images `x + k L`, for all vectors `k` of whole numbers that are 0 on the other axes. A vertex of `K` is a row
+//! and such a `k`, its *offset*. `K` stands for the list `K*` of all translations of its cells by vectors `k L`. Two vertices,
+//! facets or cells are in one *class* if they are translations of each other. Let `P*` be the set of all images of sites.
+//! Conditions 1-5 and 7 are those above, for `P*` and `K*`. By periodicity, it suffices to check one member of each class:
+//!
+//! 1. distinct rows of vertices have no equal images, a cell has distinct vertices, and no two cells are in one class; each row
+//!    is a vertex, coincides with one modulo the lattice, or satisfies 7;
+//! 3. a class of facets has one cell or two, which lie on opposite sides. If all axes are periodic, it has two;
+//! 4. a class of ridges of boundary facets has two of these facets, or none;
+//! 5. the far vertex of a neighbour is that of the translation of the neighbour that has the facet of the cell;
+//! 6. (`single cover`) no edge of a cell is longer than `L_a` along a periodic axis `a`. For one cell `t` of `K` and one interior
+//!    point `x` of it: `x` is in no other closed cell of `K*`, and strictly on the inner side of the hyperplane of every
+//!    boundary facet of `K`. These hyperplanes are parallel to all periodic axes;
+//! 7. the image in the box of a hidden site is in a closed cell of `K*`, and strictly above its lift.
+//!
+//! Then `K*` is the regular (Delaunay) triangulation of `P*` with the ties of `K`, its vertices are the images that are not
+//! hidden, and `K` has exactly one member of each class of its cells. Conversely, every such `K` satisfies 1-7, with any `t`.
+//! It need not be a simplicial complex modulo the lattice: a cell may have several images of one site.
+//!
+//! **Proof.** A nonzero translation moves every facet, ridge and cell to another one, because their vertices are finitely many.
+//! So a facet of `K*` has as many cells as its class has in `K`, and likewise for ridges. The hyperplane of a boundary facet and
+//! those of its translations are equal up to translations along periodic axes, to which they are parallel. So `x` is on the
+//! inner side of all of them. So 1-7 hold for `P*` and `K*`. `K*` has finitely many classes, and a bounded region meets finitely
+//! many of its cells. The proof above uses no more than that: a walk along a segment crosses finitely many cells, and countably
+//! many exceptional sets of measure zero have measure zero. Without boundary facets, a ray from `x` meets no boundary, and `U`
+//! is the whole space. Translating a cell adds an affine function to `|p|^2 - w`, so 5 does not depend on the member.
+//!
+//! *Single cover.* For a box periodic along all axes, conditions 1-5 make `K` a closed manifold that covers the torus some
+//! number of times. The second clause of 6 says that this number is one. It is equivalent to a sum of volumes of one box, but it
+//! needs exact arithmetic for few cells only, and it is the same condition for all boxes. Its first clause bounds the number of
+//! translations of a cell that come near `x`.
+//!
+//! *Conversely,* let `p` and `q` be joined in the triangulation, and let `f(y) = |y - c|^2 - w_y - r` be the power of sites with respect to the
+//! ball of a cell of both. Then `f(p) = f(q) = 0`, and `f >= 0` for all images. For a vector `v` of the lattice,
+//! `f(q - v) + f(p + v) = 2 |v|^2 - 2 v . (q - p)`, so `v . (q - p) <= |v|^2`. With `v = +- L_a e_a`, no edge is longer than `L_a`
+//! along `a`. The convex hull of `P*` is the product of the periodic axes and the hull of the projection to the others. So the
+//! hyperplanes of its facets are parallel to the periodic axes. QED.
+//!
+//! **Source.** Dolbilin and Huson, "Periodic Delone tilings" (1997), for the definition and the bound of edges.
+//!
+//! **Departure.** Links of vertices are not checked in a periodic box: the other conditions imply their form.
+//!
+//! # Implementation
+//!
 //! Conditions 1-7 imply the properties that the other checks test (links of vertices, folded facets). These checks
 //! help to locate a fault.
 //!
 //! **Work.** O(n log n + m log m) for m cells, mostly O(1) filtered predicates per facet; a short walk for each hidden site.
 
 mod cover;
+mod dyadic;
 mod exact;
 mod facets;
+mod fault;
 mod hidden;
 mod hull;
+mod minors;
+mod place;
 mod predicates;
+mod rank;
 mod report;
+mod ring;
 mod runner;
 mod soup;
 mod spheres;
 #[cfg(test)]
 mod tests;
+mod translations;
 mod triangulation;
 
-pub use report::{Fault, KEPT, LevelReport, Report};
-pub use triangulation::{Sites, Triangulation};
+pub use fault::Fault;
+pub use report::{KEPT, LevelReport, Report};
+pub use triangulation::{PeriodicBox, Sites, Triangulation};
 
 use facets::Facets;
+use place::{Image, Place};
 use report::Tally;
 use runner::Runner;
 use soup::Soup;
@@ -121,6 +179,9 @@ use soup::Soup;
 /// The levels, in order.
 pub const LEVELS: [&str; 6] =
     ["structure", "orientation", "manifold", "hull", "empty spheres", "single cover"];
+
+/// The largest dimension that the verifier takes.
+const MOST_DIMENSION: usize = 6;
 
 /// The level that follows [`LEVELS`] with weights.
 pub const HIDDEN_SITES: &str = "hidden sites";
@@ -146,7 +207,8 @@ impl Default for VerifyOptions {
 /// Decides whether the mesh is a Delaunay triangulation of its points, exactly and for any finite coordinates.
 ///
 /// [`Triangulation::weighted`] adds weights. The mesh must then be a regular triangulation whose vertices are all points
-/// that are not hidden.
+/// that are not hidden. With [`Sites::periodic`], the mesh must be the triangulation of all images of the points, of which it
+/// has one cell of each class of translated cells.
 ///
 /// If the level `structure` fails, the other levels have no meaning. They do not run, and their
 /// [`LevelReport::stopped_by`] names that level. Otherwise all of [`LEVELS`] run, and [`HIDDEN_SITES`] runs if they pass.
@@ -182,11 +244,16 @@ pub fn verify<'a>(
     report.points = mesh.point_count() as u64;
     report.cells = mesh.cell_count() as u64;
     let mut runner = Runner::new(options.threads, progress);
-    if mesh.dimension == 2 {
-        levels::<2, 3>(&sites, *options, &mut runner, &mut report);
-    } else {
-        levels::<3, 4>(&sites, *options, &mut runner, &mut report);
-    }
+    let check = match (mesh.dimension, sites.periodic) {
+        (2, None) => levels::<[f64; 2], 2, 3>,
+        (2, Some(_)) => levels::<Image<2>, 2, 3>,
+        (3, Some(_)) => levels::<Image<3>, 3, 4>,
+        (4, _) => levels::<[f64; 4], 4, 5>,
+        (5, _) => levels::<[f64; 5], 5, 6>,
+        (6, _) => levels::<[f64; 6], 6, 7>,
+        _ => levels::<[f64; 3], 3, 4>,
+    };
+    check(&sites, *options, &mut runner, &mut report);
     report
 }
 
@@ -196,8 +263,10 @@ fn misshapen(sites: &Sites<'_>) -> Option<&'static str> {
     let d = mesh.dimension;
     // Facets have 32-bit numbers, and two of them are reserved.
     let most = (u32::MAX - 2) as usize;
-    if d != 2 && d != 3 {
-        Some("the dimension is neither 2 nor 3")
+    if !(2..=MOST_DIMENSION).contains(&d) {
+        Some("the dimension is not one of 2 to 6")
+    } else if d > 3 && (sites.weights.is_some() || sites.periodic.is_some()) {
+        Some("weights and periodic boxes have two or three dimensions")
     } else if !mesh.coordinates.len().is_multiple_of(d) {
         Some("the number of coordinates is not a multiple of the dimension")
     } else if !mesh.cells.len().is_multiple_of(d + 1) {
@@ -206,6 +275,22 @@ fn misshapen(sites: &Sites<'_>) -> Option<&'static str> {
         Some("the number of weights is not the number of points")
     } else if mesh.cells.len() > most || mesh.coordinates.len() / d > most {
         Some("more than 4,294,967,293 points or indices: too large for this verifier")
+    } else {
+        sites.periodic.as_ref().and_then(|periodic| misshapen_box(periodic, mesh))
+    }
+}
+
+/// Returns the reason why the arrays are not a periodic box with offsets, or `None` if they are.
+fn misshapen_box(periodic: &PeriodicBox<'_>, mesh: &Triangulation<'_>) -> Option<&'static str> {
+    let lengths = || periodic.lengths.iter().flatten();
+    if periodic.lengths.len() != mesh.dimension {
+        Some("the number of lengths of the box is not the dimension")
+    } else if lengths().next().is_none() {
+        Some("no axis of the box is periodic")
+    } else if !lengths().all(|length| length.is_finite() && *length > 0.0) {
+        Some("a length of the box is not a positive number")
+    } else if periodic.offsets.len() != mesh.cells.len() * mesh.dimension {
+        Some("the number of offsets is not the number of indices times the dimension")
     } else {
         None
     }
@@ -223,13 +308,13 @@ fn stop(report: &mut Report, earlier: &'static str) {
 }
 
 /// Runs all levels on arrays of consistent lengths.
-fn levels<const D: usize, const N: usize>(
+fn levels<P: Place<D>, const D: usize, const N: usize>(
     sites: &Sites<'_>,
     options: VerifyOptions,
     runner: &mut Runner<'_>,
     report: &mut Report,
 ) {
-    let (mut soup, mut tally) = Soup::<D, N>::load(sites, runner);
+    let (mut soup, mut tally) = Soup::<P, D, N>::load(sites, runner);
     if tally.count == 0 {
         tally.append(soup.structure(options.perturbed, runner));
         report.vertices_used = soup.used.iter().filter(|&&used| used).count() as u64;

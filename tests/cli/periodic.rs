@@ -166,3 +166,137 @@ fn simulate_finds_the_same_cells() {
     }
     place.good("report b.json -o r.html");
 }
+
+/// A `.npy` array of equal rows: its header without the number of rows, and the rows.
+struct Rows {
+    head: String,
+    rows: Vec<Vec<u8>>,
+}
+
+impl Rows {
+    fn read(place: &Place, name: &str, row: usize) -> Self {
+        let bytes = fs::read(place.path(name)).unwrap();
+        let end = 10 + usize::from(u16::from_le_bytes([bytes[8], bytes[9]]));
+        let head = String::from_utf8_lossy(&bytes[10..end]).trim_end().to_owned();
+        Rows { head, rows: bytes[end..].chunks_exact(row).map(<[u8]>::to_vec).collect() }
+    }
+
+    /// Writes other rows with the same type.
+    fn write(&self, place: &Place, name: &str, rows: &[Vec<u8>]) {
+        let head = self.head.replace(&format!("({}, ", self.rows.len()), &format!("({}, ", rows.len()));
+        let mut bytes = b"\x93NUMPY\x01\x00".to_vec();
+        bytes.extend((head.len() as u16 + 1).to_le_bytes());
+        bytes.extend(head.bytes().chain([b'\n']).chain(rows.concat()));
+        place.file(name, bytes);
+    }
+}
+
+/// Triangulates points, verifies the cells, and returns the verification and its dimension.
+fn verified(place: &Place, points: &str, options: &str, d: usize) -> (String, Rows, Rows) {
+    place.good(&format!("triangulate {points} {options} -o c.npy --offsets o.npy"));
+    let line = format!("{points} c.npy {options} --offsets o.npy");
+    place.good(&format!("verify {line} --perturbed"));
+    let cells = Rows::read(place, "c.npy", 8 * (d + 1));
+    let offsets = Rows::read(place, "o.npy", d * (d + 1));
+    assert_eq!(cells.rows.len(), offsets.rows.len());
+    (format!("verify {points} d.npy {options} --offsets e.npy"), cells, offsets)
+}
+
+#[test]
+fn cells_of_boxes_are_verified_and_altered_ones_refused() {
+    let place = Place::new();
+    place.file("p.csv", table());
+    let row = |i: u64| {
+        let at = |factor: u64| (i * factor % 11) as f64 / 3.0 - 1.0;
+        format!("{} {} {}\n", at(5), at(3), at(7))
+    };
+    place.file("s.xyz", (0..8).map(row).collect::<String>());
+    place.file("one.xyz", "0.25 0.5 0.75\n");
+    place.file("w.txt", "0\n9\n0\n-1\n0\n-40\n0\n1\n");
+    for (points, options, d) in [
+        ("p.csv", "--periodic 10,20", 2),
+        ("p.csv", "--periodic 10,none", 2),
+        ("p.csv", "--periodic 3.1,7.3 --wrap --origin -0.7,0.1", 2),
+        ("s.xyz", "--periodic 1.1,1.3,0.7 --wrap", 3),
+        ("s.xyz", "--periodic 4,none,4 --origin -1,0,-1 --weights w.txt", 3),
+        ("one.xyz", "--periodic 1,1,1", 3),
+    ] {
+        let (line, cells, offsets) = verified(&place, points, options, d);
+        let refused = |cells_of: &[Vec<u8>], offsets_of: &[Vec<u8>]| {
+            cells.write(&place, "d.npy", cells_of);
+            offsets.write(&place, "e.npy", offsets_of);
+            place.fails(&line, 4, &["d.npy is not a periodic", "triangulation"]);
+        };
+        let last = cells.rows.len() - 1;
+        for number in [0, last / 2, last] {
+            let at = (number * 5) % (d * (d + 1));
+            let mut wrong = offsets.rows.clone();
+            wrong[number][at] = wrong[number][at].wrapping_add(1);
+            refused(&cells.rows, &wrong);
+        }
+        refused(&cells.rows[1..], &offsets.rows[1..]);
+        let twice = |rows: &[Vec<u8>]| [rows, &rows[last / 2..=last / 2]].concat();
+        refused(&twice(&cells.rows), &twice(&offsets.rows));
+        let replaced = |rows: &[Vec<u8>]| [&rows[1..], &rows[last..]].concat();
+        refused(&replaced(&cells.rows), &replaced(&offsets.rows));
+        // The cells of a box without the last ones are those of a sheet that is cut.
+        let crosses = |offsets: &&Vec<u8>| offsets.iter().all(|steps| *steps == 0);
+        let inner: Vec<usize> = (0..=last).filter(|&i| crosses(&&offsets.rows[i])).collect();
+        let only = |rows: &[Vec<u8>]| inner.iter().map(|&i| rows[i].clone()).collect::<Vec<_>>();
+        refused(&only(&cells.rows), &only(&offsets.rows));
+        cells.write(&place, "d.npy", &cells.rows);
+        offsets.write(&place, "e.npy", &offsets.rows[1..]);
+        place.fails(&line, 3, &["e.npy", "cells"]);
+    }
+}
+
+#[test]
+fn weights_decide_which_cells_of_a_box_pass() {
+    let place = Place::new();
+    let row = |i: u64| format!("{},{},{},{}\n", i * 7 % 40, i, if i == 9 { -400 } else { 0 }, i % 3);
+    place.file("p.csv", (0..40).map(row).fold("x,y,w,v\n".to_owned(), |text, row| text + &row));
+    for column in ["w", "v"] {
+        let line = format!("triangulate p.csv --weights {column} --periodic 40,40 --offsets {column}.o.npy");
+        place.good(&format!("{line} -o {column}.npy"));
+    }
+    let box_of = "--columns x,y --periodic 40,40 --offsets";
+    place.good(&format!("triangulate p.csv {box_of} n.o.npy -o n.npy"));
+    let report = |column: &str| format!("verify p.csv {column}.npy --weights {column}");
+    place.good(&format!("{} --periodic 40,40 --offsets w.o.npy --json r.json", report("w")));
+    let json = place.json("r.json");
+    assert_eq!((&json["hidden"], &json["passed"]), (&serde_json::json!(1), &serde_json::json!(true)));
+    let expected = serde_json::json!({"box": [40.0, 40.0], "offsets_file": "w.o.npy"});
+    assert_eq!(json["periodic"], expected);
+    // A hidden point is shown, and a point that should be shown is not.
+    place.fails("verify p.csv n.npy --weights w --periodic 40,40 --offsets n.o.npy", 4, &["regular"]);
+    place.fails(&format!("verify p.csv w.npy {box_of} w.o.npy"), 4, &["Delaunay"]);
+}
+
+#[test]
+fn boxes_that_do_not_fit_the_cells_are_refused() {
+    let place = Place::new();
+    place.file("p.csv", table());
+    place.good("triangulate p.csv --periodic 10,20 -o c.npy -o c.vtu --offsets o.npy");
+    for (line, code, words) in [
+        ("p.csv c.npy --periodic 10 --offsets o.npy", 2, ["numbers of the periodic box: 1", "2 coordinates"]),
+        ("p.csv c.npy --periodic 10,0 --offsets o.npy", 2, ["length", "positive"]),
+        ("p.csv c.npy --periodic none,none --offsets o.npy", 2, ["no axis", "periodic"]),
+        ("p.csv c.npy --periodic 10,20", 2, ["--periodic", "--offsets"]),
+        ("p.csv c.npy --offsets o.npy", 2, ["--offsets", "--periodic"]),
+        ("p.csv c.npy --origin 1,1", 2, ["--origin", "--periodic"]),
+        ("p.csv c.npy --wrap", 2, ["--wrap", "--periodic"]),
+        ("c.vtu --periodic 10,20 --offsets o.npy", 2, ["--periodic", "two files"]),
+        ("p.csv c.npy --periodic 10,5 --offsets o.npy", 3, ["p.csv", "point 11"]),
+        ("p.csv c.npy --periodic 10,20 --offsets c.npy", 3, ["c.npy", "shape"]),
+        ("p.csv c.npy --periodic 10,20 --offsets p.csv", 3, ["p.csv", ".npy"]),
+        ("p.csv c.npy --periodic 10,20 --offsets none.npy", 3, ["none.npy", "none.npy"]),
+        (
+            "p.csv c.npy --periodic 10,20 --wrap --origin 5,5 --offsets o.npy --json o.npy",
+            2,
+            ["o.npy", "o.npy"],
+        ),
+    ] {
+        place.fails(&format!("verify {line}"), code, &words);
+    }
+    place.good("verify p.csv c.npy --periodic 10,20 --wrap --origin 5,5 --offsets o.npy");
+}

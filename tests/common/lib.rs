@@ -12,11 +12,14 @@ pub mod transports;
 use std::sync::mpsc::{RecvTimeoutError, channel};
 use std::time::Duration;
 
-use septet_core::spec::{Alpha, Graph, GraphKind, Neighbours, SeparatorSets, Task, Transport, Workers};
+use septet_core::result::periodic::PeriodicCells;
+use septet_core::spec::{
+    Alpha, Graph, GraphKind, Neighbours, Periodic, SeparatorSets, Task, Transport, Workers,
+};
 use septet_core::{Outcome, Spec, simulate, triangulate};
 use septet_geometry::point::Point;
 use septet_protocol::ledger::Ledger;
-use septet_verify::{Sites, Triangulation, VerifyOptions, verify};
+use septet_verify::{PeriodicBox, Report, Sites, Triangulation, VerifyOptions, verify};
 use transports::TestTransport;
 
 /// Returns the configuration of `workers` in the simulator.
@@ -86,16 +89,25 @@ pub fn coordinates<P: Point>(points: &[P]) -> Vec<f64> {
 /// Panics unless the independent verifier finds that the cells are septet's canonical triangulation, and the hidden points
 /// those that are hidden.
 pub fn assert_verified<P: Point>(points: &[P], run: &Outcome) {
+    let report = verified(points, run, None);
+    assert_eq!(report.hull_facets, run.hull_facets);
+    assert_eq!(report.dimension_of_points, run.dimension as i32);
+}
+
+/// As [`assert_verified`], in a periodic box. Returns the report of the verifier.
+pub fn verified<P: Point>(points: &[P], run: &Outcome, periodic: Option<&Periodic>) -> Report {
     let coordinates = coordinates(points);
     let weights: Vec<f64> = points.iter().map(Point::weight).collect();
     let options = VerifyOptions { perturbed: true, any_order: false, ..VerifyOptions::default() };
     let mesh = Triangulation { dimension: run.space, coordinates: &coordinates, cells: run.cells() };
-    let sites = Sites { mesh, weights: P::IS_WEIGHTED.then_some(&weights) };
+    let offsets = run.kept.periodic.as_ref().map(PeriodicCells::offsets);
+    let periodic = periodic.zip(offsets.as_deref());
+    let periodic = periodic.map(|(periodic, offsets)| PeriodicBox { lengths: &periodic.lengths, offsets });
+    let sites = Sites { mesh, weights: P::IS_WEIGHTED.then_some(&weights), periodic };
     let report = verify(sites, &options, &mut |_, _, _| {});
     assert!(report.passed(), "{report:#?}");
-    assert_eq!(report.hull_facets, run.hull_facets);
-    assert_eq!(report.dimension_of_points, run.dimension as i32);
     assert_eq!(report.hidden, run.points.hidden);
+    report
 }
 
 /// Returns the task of `simulate` (`counted`) or `triangulate`.

@@ -21,7 +21,7 @@ use septet_geometry::site::Weighted;
 use super::oracle::cgal;
 use super::weights::{Site, above, contains, rows, volume};
 use crate::common::sets::Draw;
-use crate::common::{with_workers, within};
+use crate::common::{verified, with_workers, within};
 
 /// Seconds after which a run of a few points has hung.
 const PATIENCE: u64 = 60;
@@ -169,7 +169,7 @@ where
                 let mut spec = with_workers(Workers::Count(workers), 2);
                 let mut periodic = Periodic::of_lengths(&lengths.map(|length| length as f64 * scale));
                 periodic.wrap = true;
-                spec.input.periodic = Some(periodic);
+                spec.input.periodic = Some(periodic.clone());
                 let label = format!("{what}, {workers} workers: {sites:?} in {lengths:?}, scale {scale}");
                 let (points, name) = (given.clone(), label.clone());
                 let run = within(PATIENCE, &label, move || {
@@ -179,6 +179,7 @@ where
                     let [run, _] = both;
                     run
                 });
+                verified(&given, &run, Some(&periodic));
                 if is_exact {
                     assert_eq!(found(&run), expected, "{label}");
                 } else {

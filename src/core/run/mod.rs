@@ -30,6 +30,7 @@ pub use hosts::Start;
 pub(crate) use hosts::{Hosts, started};
 use leaves::plan_leaves;
 use perform::perform;
+pub use periodic::check_box;
 pub use settings::admit_team;
 use settings::{Settings, admit};
 

@@ -57,8 +57,7 @@ pub struct InputRules {
     pub terrain: bool,
     /// Whether points that are not finite are dropped and counted; otherwise they are an error.
     pub skip_invalid: bool,
-    /// The periodic box of the points, if there is one. [`crate::triangulate`] and
-    /// [`crate::simulate`] take it.
+    /// The periodic box of the points, if there is one.
     pub periodic: Option<Periodic>,
 }
 

@@ -30,7 +30,7 @@ pub enum Role {
     PointSet,
     /// Numbers of rows of the input are written.
     RowList,
-    /// Offsets of the vertices of a periodic triangulation are written.
+    /// Offsets of the vertices of a periodic triangulation are written, and read by the verifier.
     Offsets,
 }
 

@@ -69,7 +69,7 @@ pub use report::{CheckedClaim, ClaimReport, SCHEMA};
 
 /// Returns all claims, in the paper's order.
 pub fn registry() -> impl Iterator<Item = &'static Claim> {
-    let groups: [&'static [Claim]; 25] = [
+    let groups: [&'static [Claim]; 26] = [
         separators::CLAIMS,
         exponent::CLAIMS,
         ball_order::CLAIMS,

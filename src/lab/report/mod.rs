@@ -34,4 +34,4 @@ pub use schema::{
 pub use stats::{HullReport, StatsReport};
 pub use tables::TableFormat;
 pub use traffic::{BinReport, LinkReport, MOST_BINS, SenderReport, TimelineReport, TrafficReport, bin_ranks};
-pub use verify::{VERIFY_SCHEMA, VerifyReport};
+pub use verify::{VERIFY_SCHEMA, VerifiedBox, VerifyReport};

@@ -26,6 +26,9 @@ pub struct VerifyReport<'a> {
     /// Column or file of the radii, if they are given.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub radii: Option<&'a str>,
+    /// The periodic box, if there is one.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub periodic: Option<VerifiedBox>,
     /// Whether the cells are a Delaunay triangulation, or a regular one of points with weights.
     pub passed: bool,
     /// The levels of verification, with the first faults of each.
@@ -33,8 +36,19 @@ pub struct VerifyReport<'a> {
     pub report: &'a septet_verify::Report,
 }
 
+/// The periodic box of verified cells.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
+pub struct VerifiedBox {
+    /// Length along each axis; null for an axis that is not periodic.
+    #[serde(rename = "box")]
+    pub lengths: Vec<Option<f64>>,
+    /// The file of the offsets of the vertices.
+    pub offsets_file: String,
+}
+
 impl<'a> VerifyReport<'a> {
-    /// Returns the report on these two files, without weights.
+    /// Returns the report on these two files, without weights and a periodic box.
     pub fn of(report: &'a septet_verify::Report, points: &'a str, cells: &Path) -> Self {
         VerifyReport {
             schema: VERIFY_SCHEMA,
@@ -43,6 +57,7 @@ impl<'a> VerifyReport<'a> {
             cells_file: cells.display().to_string(),
             weights: None,
             radii: None,
+            periodic: None,
             passed: report.passed(),
             report,
         }

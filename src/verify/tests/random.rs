@@ -3,8 +3,10 @@
 use std::cmp::Ordering;
 
 use super::fixtures::{Mesh, Numbers, PERTURBED, brute};
-use crate::exact::{Ring, exact_sign, form, integers, sign_of};
+use crate::dyadic::sign_of;
+use crate::exact::{exact_sign, form, integers};
 use crate::predicates::sign;
+use crate::ring::Ring;
 
 /// Returns the sign in big integers, without a filter.
 fn big<const D: usize, const K: usize>(base: &[f64; D], others: &[[f64; D]; K]) -> Ordering {

@@ -8,13 +8,13 @@ use super::fixtures::{
 };
 use crate::exact::{Site, exact_power};
 use crate::facets::Facets;
-use crate::hidden::{Found, Walk};
+use crate::hidden::{Found, Moved, Walk};
 use crate::predicates::power;
 use crate::runner::Runner;
 use crate::soup::Soup;
 use crate::{Fault, HIDDEN_SITES, VerifyOptions};
 
-const ANY_ORDER: VerifyOptions = VerifyOptions { any_order: true, ..PERTURBED };
+pub const ANY_ORDER: VerifyOptions = VerifyOptions { any_order: true, ..PERTURBED };
 
 /// Returns the vertices of a mesh, in ascending order.
 fn vertices(mesh: &Mesh) -> Vec<u64> {
@@ -186,7 +186,7 @@ fn faults_of_weights() {
 }
 
 /// Returns the sign of the in-sphere form from integers.
-fn expected<const D: usize, const N: usize>(cell: &[Site<D>; N], q: &Site<D>) -> Ordering {
+fn expected<const D: usize, const N: usize>(cell: &[Site<[f64; D]>; N], q: &Site<[f64; D]>) -> Ordering {
     let all = || cell.iter().chain([q]);
     let points: Vec<[f64; D]> = all().map(|site| site.place).collect();
     let weights: Vec<f64> = all().map(|site| site.weight).collect();
@@ -354,14 +354,14 @@ fn the_search_does_not_depend_on_the_walk() {
     let mesh = lattice(3, 0, 0.0);
     let mut report = |_: &str, _: u64, _: u64| {};
     let mut runner = Runner::new(1, &mut report);
-    let (mut soup, _) = Soup::<3, 4>::load(&mesh.view(), &mut runner);
+    let (mut soup, _) = Soup::<[f64; 3], 3, 4>::load(&mesh.view(), &mut runner);
     soup.structure(true, &mut runner);
     soup.orient(true, &mut runner);
     let (facets, _) = Facets::new(&soup, &mut runner);
     let mut numbers = Numbers(52);
     for _ in 0..200 {
         let place: [f64; 3] = from_fn(|_| numbers.below(100) as f64 / 25.0 + 0.01);
-        let start = numbers.below(soup.cells.len() as u64) as u32;
+        let start = Moved { cell: numbers.below(soup.cells.len() as u64) as u32, by: () };
         let [long, short] =
             [1000, 0].map(|most| Walk { soup: &soup, facets: &facets, most }.to(start, &place));
         match (long, short) {

@@ -42,6 +42,7 @@ mod quotient;
 mod run;
 mod team;
 
+pub use run::check_box;
 pub(super) use run::{run_periodic, run_shared};
 
 #[cfg(test)]

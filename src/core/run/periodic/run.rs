@@ -70,6 +70,25 @@ fn run_points(
     }
 }
 
+/// Checks a periodic box, and that all points lie in it or stand for their images in it.
+///
+/// # Errors
+/// Returns the error of a run in this box.
+pub fn check_box(points: PointSlice<'_>, periodic: &Periodic) -> Result<(), Error> {
+    match points {
+        PointSlice::Plane(points) => check_sites(with_weights(points), periodic),
+        PointSlice::Space(points) => check_sites(with_weights(points), periodic),
+        PointSlice::WeightedPlane(sites) => check_sites(sites.to_vec(), periodic),
+        PointSlice::WeightedSpace(sites) => check_sites(sites.to_vec(), periodic),
+    }
+}
+
+fn check_sites<P: Position>(rows: Vec<Weighted<P>>, periodic: &Periodic) -> Result<(), Error> {
+    let alone = &mut Alone;
+    let team = &mut Team { processes: &mut Processes::over(alone), placement: None };
+    Sites::of(Lattice::of(periodic, P::DIM)?, (rows, 0), team).map(drop)
+}
+
 fn with_weights<P: Position>(points: &[P]) -> Vec<Weighted<P>> {
     map(points, |&point| Weighted::new(point, 0.0))
 }

@@ -25,6 +25,8 @@ pub enum Content<'a> {
     Rows,
     /// One number a row.
     Numbers,
+    /// Vectors of a number of coordinates, at each of one vertex more, in a row of three sides.
+    Vectors(usize),
 }
 
 impl<'a> Content<'a> {
@@ -33,11 +35,16 @@ impl<'a> Content<'a> {
         Content::Points(options.weight_column().map(|(name, _)| name))
     }
 
+    /// Whether the content has three sides, of which these are the last two.
+    fn has_sides(self, sides: [u64; 2]) -> bool {
+        matches!(self, Content::Vectors(d) if sides == [d as u64 + 1, d as u64])
+    }
+
     /// Returns the column of the weights.
     fn weight(self) -> Option<&'a str> {
         match self {
             Content::Points(weight) => weight,
-            Content::Rows | Content::Numbers => None,
+            Content::Rows | Content::Numbers | Content::Vectors(_) => None,
         }
     }
 }
@@ -128,12 +135,17 @@ fn header(
         ([rows] | [rows, 1], Some((_, columns))) => (*rows, *columns),
         ([rows, columns @ 0..=64], None) => (*rows, *columns as usize),
         ([rows], None) if matches!(content, Content::Numbers) => (*rows, 1),
+        ([rows, corners, axes], None) if content.has_sides([*corners, *axes]) => {
+            (*rows, (*corners * *axes) as usize)
+        }
         (sides, _) => {
             let what = format!("an array of shape ({})", excerpt(shape[..end].trim_ascii()));
             let rows = if sides.len() == 2 { sides[0] } else { 0 };
             let place = Place::Byte(offset as u64);
             let advice = match content {
                 Content::Numbers => "save one number a row: an array of shape (n,)",
+                Content::Vectors(2) => "save an array of shape (cells, 3, 2)",
+                Content::Vectors(_) => "save an array of shape (cells, 4, 3)",
                 Content::Points(_) | Content::Rows => shape_advice(rows),
             };
             return Err(source.unsupported(place, what, advice));
@@ -314,6 +326,43 @@ pub fn read_cells(source: Source<'_>, options: &CellOptions) -> Result<CellFile,
         }
     }
     Ok(cells.finish(Vec::new()))
+}
+
+/// Reads offsets of the vertices of cells: integers of shape (m, d + 1, d).
+pub fn read_offsets(source: Source<'_>, (cells, dimension): (usize, usize)) -> Result<Vec<i32>, InputError> {
+    let mut array = open(source, Content::Vectors(dimension))?;
+    let place = Place::Byte(array.start);
+    if !array.layout.scalar.is_integer() {
+        return Err(source.unsupported(place, "an array of offsets of reals", "save integers (<i1)"));
+    }
+    let rows = array.rows;
+    if rows != cells {
+        let what = format!("an array of the offsets of {rows} cells");
+        return Err(source.unsupported(place, what, format!("give the offsets of the {cells} cells")));
+    }
+    // In Fortran order, the first side varies first, then the second: a table of as many rows as the first two have.
+    let is_transposed = array.layout.fortran;
+    if is_transposed {
+        (array.rows, array.layout.columns) = (rows * (dimension + 1), dimension);
+    }
+    let mut offsets = Vec::with_capacity(cells * (dimension + 1) * dimension);
+    for cell in 0..cells {
+        for corner in 0..=dimension {
+            for axis in 0..dimension {
+                let (row, column) = if is_transposed {
+                    (corner * rows + cell, axis)
+                } else {
+                    (cell, corner * dimension + axis)
+                };
+                let steps = array.integer(row, column);
+                offsets.push(i32::try_from(steps).map_err(|_| {
+                    let at = array.offset(row, column) as usize;
+                    source.malformed(at, steps.to_string(), "an offset of 32 bits")
+                })?);
+            }
+        }
+    }
+    Ok(offsets)
 }
 
 /// Reads sizes at points: shape (n, 3) in the plane, (n, 4) in space.
