@@ -63,7 +63,7 @@ fn structure() {
 
 #[test]
 fn shape() {
-    for (dimension, coordinates, cells) in [(0, 4, 0), (4, 8, 0), (2, 3, 0), (3, 12, 3), (2, 6, 4)] {
+    for (dimension, coordinates, cells) in [(0, 4, 0), (7, 14, 0), (2, 3, 0), (3, 12, 3), (2, 6, 4)] {
         let (coordinates, cells) = (vec![1.0; coordinates], vec![0; cells]);
         let mesh = Mesh { dimension, coordinates, cells, weights: None };
         assert!(matches!(mesh.fault("structure"), Fault::Shape { .. }));
