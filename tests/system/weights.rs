@@ -11,7 +11,7 @@ use std::fs;
 use std::process::Command;
 
 use glam::{DVec2, DVec3};
-use septet_core::spec::{Spec, Workers};
+use septet_core::spec::{Repair, Spec, Workers};
 use septet_core::{Outcome, simulate, triangulate};
 use septet_geometry::point::{Point, Position};
 use septet_geometry::site::Weighted;
@@ -184,10 +184,15 @@ where
         for workers in [1, 3, 8] {
             let spec = with_workers(Workers::Count(workers), 2);
             let label = format!("{what}, {workers} workers: {sites:?}");
-            let (points, of, name) = (given.clone(), spec.clone(), label.clone());
+            // The stars are repaired by probes, by splaying, and by gathering.
+            let counting = spec.clone().with(|c| {
+                c.recursion.repair = if workers == 1 { Repair::Probe } else { Repair::Splay };
+                c.planted.exchange_cap = (workers == 8).then_some(1);
+            });
+            let (points, of, name) = (given.clone(), [spec.clone(), counting], label.clone());
             let [run, counted] = within(PATIENCE, &label, move || {
-                let failed = |e| panic!("{name}: {e}");
-                [triangulate(&points, &of), simulate(&points, &of)].map(|run| run.unwrap_or_else(failed))
+                let runs = [triangulate(&points, &of[0]), simulate(&points, &of[1])];
+                runs.map(|run| run.unwrap_or_else(|e| panic!("{name}: {e}")))
             });
             assert_eq!(found(&run), expected, "{label}");
             assert_verified(&given, &run);

@@ -31,9 +31,12 @@ enum Way {
     Directly,
     /// By stars, which are repaired.
     ByStars(Repair),
+    /// By stars, which rank 0 gathers.
+    ByGathering,
 }
 
-const WAYS: [Way; 3] = [Way::Directly, Way::ByStars(Repair::Probe), Way::ByStars(Repair::Splay)];
+const WAYS: [Way; 4] =
+    [Way::Directly, Way::ByStars(Repair::Probe), Way::ByStars(Repair::Splay), Way::ByGathering];
 
 fn run<P: Point>(sites: &[P], workers: u32, way: Way, fault: Option<Fault>) -> Vec<Share<P>> {
     let task = Task::Delaunay { skips_invalid: false };
@@ -42,6 +45,10 @@ fn run<P: Point>(sites: &[P], workers: u32, way: Way, fault: Option<Fault>) -> V
         Way::Directly => WorkerConfig { counted: false, ..plain },
         Way::ByStars(repair) => {
             let graph = GraphRules { repair, ..plain.graph };
+            WorkerConfig { counted: true, graph, ..plain }
+        }
+        Way::ByGathering => {
+            let graph = GraphRules { exchange_cap: Some(0), ..plain.graph };
             WorkerConfig { counted: true, graph, ..plain }
         }
     };
@@ -102,12 +109,12 @@ fn expected<P: Position>(sites: &[Weighted<P>]) -> (Vec<Vec<u64>>, BTreeSet<u64>
 
 fn machines_agree_with_the_kernel<P: Position>(n: usize) {
     let mut covered = 0;
-    for is_grid in [false, true] {
-        for spread in [Some(0.0), Some(0.3), Some(3.0), None] {
+    for (set, spread) in [Some(0.0), Some(0.3), Some(3.0), None].into_iter().enumerate() {
+        for is_grid in [false, true] {
             let sites = sites::<P>(n, is_grid, spread);
             let (rows, hidden) = expected(&sites);
             for workers in [1, 2, 3, 16] {
-                let way = WAYS[(workers as usize + usize::from(is_grid)) % WAYS.len()];
+                let way = WAYS[(workers as usize + set) % WAYS.len()];
                 let what =
                     format!("{} dimensions, grid {is_grid}, {spread:?}, {workers} workers, {way:?}", P::DIM);
                 let shares = run(&sites, workers, way, None);
