@@ -18,6 +18,12 @@ pub enum PeriodicError {
         /// Number of coordinates.
         dimension: usize,
     },
+    /// The points have a dimension above 3.
+    #[error("periodic boxes exist in the plane and in space, but the points have dimension {dimension}")]
+    Higher {
+        /// Number of coordinates of a point.
+        dimension: usize,
+    },
     /// No axis is periodic.
     #[error("no axis of the box is periodic")]
     Open,
@@ -106,6 +112,7 @@ impl PeriodicError {
                 Some(Remedy::of("correct it, give {origin}, or move such points into the box with {wrap}"))
             }
             Self::Far { .. } => Some(Remedy::plain("move the point near the box")),
+            Self::Higher { .. } => Some(Remedy::of("omit {periodic}")),
             Self::Dimension { .. } => Some(Remedy::plain("give one number for each coordinate")),
             Self::Spread { .. } => {
                 Some(Remedy::plain("round the coordinates to a common grid, or drop the points far away"))

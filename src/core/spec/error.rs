@@ -23,6 +23,21 @@ pub enum SpecError {
     /// A task takes no weights.
     #[error("points with weights can be triangulated (`triangulate`), but no other run takes them")]
     Weighted,
+    /// A partition exists in the plane and in space only.
+    #[error("the Hilbert curve of the partition is in the plane or in space, but the points have dimension {dimension}")]
+    NoCurve {
+        /// Number of coordinates of a point.
+        dimension: usize,
+    },
+    /// This build does not triangulate points of this dimension.
+    #[error(
+        "points of dimension {dimension}: this build triangulates dimensions 2 and 3, because it was built without the \
+         feature `dimensions`"
+    )]
+    Dimensions {
+        /// Number of coordinates of a point.
+        dimension: usize,
+    },
     /// There are no threads.
     #[error("at least one thread is needed")]
     NoThreads,
@@ -175,6 +190,8 @@ impl SpecError {
                 Remedy::of("add ").set(needed, word).then(", or omit ").option(option)
             }
             Self::SmallerSide { .. } => Remedy::of("use {separator-sets=both} or {separator-sets=ghost}"),
+            Self::NoCurve { .. } => Remedy::of("omit {partition}"),
+            Self::Dimensions { .. } => Remedy::of("build septet with the feature `dimensions`"),
             Self::Uncorrected { .. } => Remedy::of("use `simulate`, or omit {neighbours}"),
             Self::TriesOfBaseline { .. } => Remedy::of("omit {tries} or {partition}"),
             Self::NotDistributed { option, .. } => {

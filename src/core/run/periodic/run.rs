@@ -36,6 +36,7 @@ pub(crate) fn run_periodic(
         PointSlice::Space(points) => run_sites(with_weights(points), (periodic, false), order),
         PointSlice::WeightedPlane(sites) => run_sites(sites.to_vec(), (periodic, true), order),
         PointSlice::WeightedSpace(sites) => run_sites(sites.to_vec(), (periodic, true), order),
+        PointSlice::Higher(points) => Err(PeriodicError::Higher { dimension: points.dimension() }.into()),
     }
 }
 

@@ -44,6 +44,7 @@ mod cavity;
 mod change;
 mod conflict_lists;
 mod corners;
+mod general;
 mod large;
 mod planes;
 mod random_order;
