@@ -61,6 +61,17 @@ impl HigherPoints {
 }
 
 impl Points {
+    /// Creates the points with these coordinates, `dimension` for each: 2 to 6. Others are those of space.
+    pub fn of(dimension: usize, coordinates: &[f64]) -> Self {
+        match HigherPoints::of(dimension, coordinates) {
+            Some(points) => Points::Higher(points),
+            None if dimension == 2 => {
+                Points::Plane(coordinates.as_chunks().0.iter().copied().map(DVec2::from_array).collect())
+            }
+            None => Points::Space(coordinates.as_chunks().0.iter().copied().map(DVec3::from_array).collect()),
+        }
+    }
+
     /// Returns the number of points.
     pub fn len(&self) -> usize {
         match self {

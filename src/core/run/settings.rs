@@ -44,7 +44,7 @@ pub(crate) fn admit<P: Point>(
         return Err(SpecError::Weighted.into());
     }
     if P::DIM > 3 && spec.tree.partition == Partition::Hilbert {
-        return Err(SpecError::NoCurve { dimension: P::DIM }.into());
+        return Err(SpecError::OnlySpace { what: "partitions by the Hilbert curve", dimension: P::DIM }.into());
     }
     if is_team {
         admit_team(spec)?;

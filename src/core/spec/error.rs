@@ -23,9 +23,11 @@ pub enum SpecError {
     /// A task takes no weights.
     #[error("points with weights can be triangulated (`triangulate`), but no other run takes them")]
     Weighted,
-    /// A partition exists in the plane and in space only.
-    #[error("the Hilbert curve of the partition is in the plane or in space, but the points have dimension {dimension}")]
-    NoCurve {
+    /// A method exists in the plane and in space only.
+    #[error("{what} exist in dimensions 2 and 3 only, but the points have dimension {dimension}")]
+    OnlySpace {
+        /// The method, in the plural.
+        what: &'static str,
         /// Number of coordinates of a point.
         dimension: usize,
     },
@@ -190,7 +192,6 @@ impl SpecError {
                 Remedy::of("add ").set(needed, word).then(", or omit ").option(option)
             }
             Self::SmallerSide { .. } => Remedy::of("use {separator-sets=both} or {separator-sets=ghost}"),
-            Self::NoCurve { .. } => Remedy::of("omit {partition}"),
             Self::Dimensions { .. } => Remedy::of("build septet with the feature `dimensions`"),
             Self::Uncorrected { .. } => Remedy::of("use `simulate`, or omit {neighbours}"),
             Self::TriesOfBaseline { .. } => Remedy::of("omit {tries} or {partition}"),
@@ -202,6 +203,7 @@ impl SpecError {
             | Self::LogFactor { .. }
             | Self::OverlapLog { .. }
             | Self::Value { .. }
+            | Self::OnlySpace { .. }
             | Self::Weighted => return None,
         })
     }

@@ -7,12 +7,12 @@ use std::sync::Arc;
 use std::sync::atomic::AtomicBool;
 
 use septet_core::generate::{Generated, Request, Spacing, generate};
-use septet_core::model::Points;
+use septet_core::model::{HigherPoints, Points};
 use septet_core::result::view::MOST_POINTS;
 use septet_core::spec::{
-    Alpha, Correction, DEFAULT_ALPHA, Fault, Graph, Spec, Until, Workers, alpha_of_spacing,
+    Alpha, Correction, DEFAULT_ALPHA, Fault, Graph, Spec, SpecError, Until, Workers, alpha_of_spacing,
 };
-use septet_core::{Outcome, count, independent, simulate};
+use septet_core::{Error, Outcome, count, independent, simulate};
 use septet_geometry::point::Point;
 
 use super::counted::Counted;
@@ -190,6 +190,7 @@ impl<'a> Lab<'a> {
         Ok(match &set.points {
             Points::Plane(points) => simulate(points, &spec)?,
             Points::Space(points) => simulate(points, &spec)?,
+            Points::Higher(points) => return Err(not_in_space(points)),
         })
     }
 
@@ -207,6 +208,7 @@ impl<'a> Lab<'a> {
         Ok(match &set.points {
             Points::Plane(points) => simulate(&with_centre(points), &spec)?,
             Points::Space(points) => simulate(&with_centre(points), &spec)?,
+            Points::Higher(points) => return Err(not_in_space(points)),
         })
     }
 
@@ -225,6 +227,7 @@ impl<'a> Lab<'a> {
         Ok(match &set.points {
             Points::Plane(points) => independent(points, &sizes, 0, &spec)?,
             Points::Space(points) => independent(points, &sizes, 0, &spec)?,
+            Points::Higher(points) => return Err(not_in_space(points)),
         })
     }
 
@@ -257,6 +260,7 @@ impl<'a> Lab<'a> {
         let points = match &set.points {
             Points::Plane(points) => Points::Plane([&points[..], &points[..repeats]].concat()),
             Points::Space(points) => Points::Space([&points[..], &points[..repeats]].concat()),
+            Points::Higher(points) => return Err(not_in_space(points)),
         };
         counts_of(&points, Some(Until::Graph), &spec)
     }
@@ -336,6 +340,7 @@ fn counts_of(points: &Points, until: Option<Until>, spec: &Spec) -> Result<Outco
     Ok(match points {
         Points::Plane(points) => count(points, until, spec)?,
         Points::Space(points) => count(points, until, spec)?,
+        Points::Higher(points) => return Err(not_in_space(points)),
     })
 }
 
@@ -343,5 +348,13 @@ fn coordinates(points: &Points) -> Vec<X> {
     match points {
         Points::Plane(points) => points.iter().map(|p| [p.x, p.y, 0.0]).collect(),
         Points::Space(points) => points.iter().map(|p| [p.x, p.y, p.z]).collect(),
+        // No claim is about these points.
+        Points::Higher(_) => Vec::new(),
     }
+}
+
+/// Returns the error for points of a dimension that no claim is about.
+fn not_in_space(points: &HigherPoints) -> ClaimError {
+    let dimension = points.slice().dimension();
+    Error::from(SpecError::OnlySpace { what: "claims", dimension }).into()
 }
