@@ -1,6 +1,6 @@
 //! The note on points that are far from all others. They are often values for missing data.
 
-use septet_core::model::Points;
+use septet_core::model::{HigherPoints, Points};
 use septet_geometry::incremental::FarPoints;
 use septet_geometry::point::Point;
 use septet_io::read::{ListedFile, SharedPoints};
@@ -26,6 +26,9 @@ impl Far {
         let found = match points {
             Points::Plane(points) => FarPoints::of(points),
             Points::Space(points) => FarPoints::of(points),
+            Points::Higher(HigherPoints::Four(points)) => FarPoints::of(points),
+            Points::Higher(HigherPoints::Five(points)) => FarPoints::of(points),
+            Points::Higher(HigherPoints::Six(points)) => FarPoints::of(points),
         };
         found.map(|far| Far::new(&far, |position| rows.map_or(position, |rows| rows[position as usize])))
     }
@@ -38,6 +41,9 @@ impl Far {
         let own = match &held.points {
             Points::Plane(points) => of_block(points, held, processes)?,
             Points::Space(points) => of_block(points, held, processes)?,
+            Points::Higher(HigherPoints::Four(points)) => of_block(points, held, processes)?,
+            Points::Higher(HigherPoints::Five(points)) => of_block(points, held, processes)?,
+            Points::Higher(HigherPoints::Six(points)) => of_block(points, held, processes)?,
         };
         let own = own.map_or((0, 0, 0.0), |far| (far.count, far.first, far.ratio));
         let found = processes.all_gather(&own)?.into_iter().filter(|(count, ..)| *count > 0);

@@ -40,7 +40,7 @@ pub struct GenerateArgs {
     #[arg(short = 'n', long = "number", value_name = "N", value_parser = count)]
     number: u64,
     /// Dimension
-    #[arg(short, long = "dimension", value_name = "2|3", default_value = "3", value_parser = dimension)]
+    #[arg(short, long = "dimension", value_name = "2..6", default_value = "3", value_parser = dimension)]
     dimension: usize,
     /// Seed of the random draws
     #[arg(long, value_name = "S", default_value_t = DEFAULT_SEED)]

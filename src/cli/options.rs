@@ -137,8 +137,16 @@ pub fn kind(text: &str) -> Result<Kind, String> {
     })
 }
 
-/// Parses a dimension.
+/// Parses a dimension of points.
 pub fn dimension(text: &str) -> Result<usize, String> {
+    match text.parse() {
+        Ok(dimension @ 2..=6) => Ok(dimension),
+        _ => Err("expected 2 to 6".into()),
+    }
+}
+
+/// Parses a dimension of experiments.
+pub fn plane_or_space(text: &str) -> Result<usize, String> {
     match text {
         "2" => Ok(2),
         "3" => Ok(3),

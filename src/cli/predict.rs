@@ -6,7 +6,7 @@ use std::path::PathBuf;
 use clap::Args;
 use schemars::JsonSchema;
 use septet_core::model::Points;
-use septet_core::spec::{Commands, Transport, Workers};
+use septet_core::spec::{Commands, SpecError, Transport, Workers};
 use septet_core::{Outcome, Spec, simulate};
 use septet_lab::predict::{Hardware, Prediction, calibrate, predict, takes_over};
 use serde::Serialize;
@@ -122,6 +122,10 @@ impl Runs<'_> {
         let run = match &self.loaded.points {
             Points::Plane(points) => simulate(points, &spec),
             Points::Space(points) => simulate(points, &spec),
+            Points::Higher(points) => {
+                let dimension = points.slice().dimension();
+                Err(SpecError::OnlySpace { what: "predictions", dimension }.into())
+            }
         };
         run.map_err(|error| {
             placed(error, &self.loaded.files, &self.args.input, |point| self.loaded.row(point))

@@ -6,7 +6,7 @@ use std::path::PathBuf;
 use clap::{Args, Subcommand};
 use septet_core::generate::Kind;
 use septet_core::model::Points;
-use septet_core::spec::{Commands, DEFAULT_SEED, Workers};
+use septet_core::spec::{Commands, DEFAULT_SEED, SpecError, Workers};
 use septet_core::{Spec, simulate};
 use septet_geometry::point::Point;
 use septet_lab::baselines::{BaselineReport, Counted, Rival};
@@ -122,6 +122,10 @@ pub fn run(args: &RivalArgs, talk: &Talk) -> Result<(), Failure> {
     let report = match &loaded.points {
         Points::Plane(points) => compare(points, (rival, &name, args.against), &spec, talk),
         Points::Space(points) => compare(points, (rival, &name, args.against), &spec, talk),
+        Points::Higher(points) => {
+            let dimension = points.slice().dimension();
+            Err(SpecError::OnlySpace { what: "comparisons", dimension }.into())
+        }
     };
     let report = report.map_err(|e| placed(e, &loaded.files, &name, |point| loaded.row(point)))?;
     talk.clear();

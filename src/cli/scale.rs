@@ -10,7 +10,7 @@ use septet_lab::experiment::{Job, Journal, JournalError, RunError, Runner, Sweep
 
 use super::errors::{Code, Failure, caught};
 use super::given::{Given, words};
-use super::options::{dimension, kind};
+use super::options::{kind, plane_or_space};
 use super::progress::Talk;
 use super::summary::row;
 use super::text::counted;
@@ -34,7 +34,7 @@ pub struct ScaleArgs {
     #[arg(long, value_name = "K,..", default_value = "well-spaced", value_delimiter = ',', value_parser = kind)]
     kind: Vec<Kind>,
     /// Dimension
-    #[arg(short, long = "dimension", value_name = "2|3", default_value = "3", value_parser = dimension)]
+    #[arg(short, long = "dimension", value_name = "2|3", default_value = "3", value_parser = plane_or_space)]
     dimension: usize,
     /// Lipschitz constant of graded kinds
     #[arg(long, value_name = "L", allow_negative_numbers = true)]

@@ -198,6 +198,7 @@ fn subject(args: &VerifyArgs, talk: &Talk) -> Result<Subject, Failure> {
     let dimension = match &loaded.points {
         Points::Plane(_) => Some(2),
         Points::Space(_) => None,
+        Points::Higher(points) => Some(points.slice().dimension()),
     };
     let options = CellOptions {
         base: is_node.then_some(loaded.first_id),
@@ -333,6 +334,10 @@ fn place_of(points: &Points, heights: Option<&[f64]>, at: usize) -> DVec3 {
     match points {
         Points::Plane(points) => points[at].extend(heights.map_or(0.0, |heights| heights[at])),
         Points::Space(points) => points[at],
+        Points::Higher(points) => {
+            let dimension = points.slice().dimension();
+            DVec3::from_slice(&points.coordinates()[at * dimension..])
+        }
     }
 }
 

@@ -30,8 +30,7 @@ impl PeriodicPart {
         (points, cells): (&Points, &CellFile),
         (name, talk): (&str, &Talk),
     ) -> Result<Self, Failure> {
-        check_box(points.slice(), &periodic)
-            .map_err(|error| input::placed(error, &[], name, |row| row))?;
+        check_box(points.slice(), &periodic).map_err(|error| input::placed(error, &[], name, |row| row))?;
         let (path, shape) = (file.to_owned(), (cells.cell_count(), cells.dimension));
         let offsets = input::watched(talk, move |progress| read_offsets(&path, shape, progress))??;
         Ok(PeriodicPart { periodic, file: file.to_owned(), offsets })

@@ -1,27 +1,83 @@
 //! The input and output of the library: point sets and triangulations, independent of files and machines.
 
 use glam::{DVec2, DVec3};
-use septet_geometry::coordinates::PointSlice;
+use septet_geometry::coordinates::{HigherSlice, PointSlice};
+use septet_geometry::higher::VecN;
 use septet_geometry::point::Position;
 use septet_geometry::site::Weighted;
 
 use crate::result::outcome::Outcome;
 
-/// A point set of either dimension, as read or generated: in input order, duplicates included.
+/// A point set of any dimension, as read or generated: in input order, duplicates included.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Points {
     /// Points of the plane.
     Plane(Vec<DVec2>),
     /// Points of space.
     Space(Vec<DVec3>),
+    /// Points of a higher dimension.
+    Higher(HigherPoints),
+}
+
+/// A point set of dimension 4, 5 or 6.
+#[derive(Clone, Debug, PartialEq)]
+pub enum HigherPoints {
+    /// Points of dimension 4.
+    Four(Vec<VecN<4>>),
+    /// Points of dimension 5.
+    Five(Vec<VecN<5>>),
+    /// Points of dimension 6.
+    Six(Vec<VecN<6>>),
+}
+
+impl HigherPoints {
+    /// Creates the points with these coordinates, `dimension` for each. Returns `None` for another dimension than 4, 5 and 6.
+    pub fn of(dimension: usize, coordinates: &[f64]) -> Option<Self> {
+        Some(match dimension {
+            4 => HigherPoints::Four(coordinates.as_chunks().0.iter().copied().map(VecN).collect()),
+            5 => HigherPoints::Five(coordinates.as_chunks().0.iter().copied().map(VecN).collect()),
+            6 => HigherPoints::Six(coordinates.as_chunks().0.iter().copied().map(VecN).collect()),
+            _ => return None,
+        })
+    }
+
+    /// Returns the points.
+    pub fn slice(&self) -> HigherSlice<'_> {
+        match self {
+            HigherPoints::Four(p) => HigherSlice::Four(p),
+            HigherPoints::Five(p) => HigherSlice::Five(p),
+            HigherPoints::Six(p) => HigherSlice::Six(p),
+        }
+    }
+
+    /// Returns the coordinates as one flat array, `dimension` per point.
+    pub fn coordinates(&self) -> &[f64] {
+        match self {
+            HigherPoints::Four(p) => bytemuck::cast_slice(p),
+            HigherPoints::Five(p) => bytemuck::cast_slice(p),
+            HigherPoints::Six(p) => bytemuck::cast_slice(p),
+        }
+    }
 }
 
 impl Points {
+    /// Creates the points with these coordinates, `dimension` for each: 2 to 6. Others are those of space.
+    pub fn of(dimension: usize, coordinates: &[f64]) -> Self {
+        match HigherPoints::of(dimension, coordinates) {
+            Some(points) => Points::Higher(points),
+            None if dimension == 2 => {
+                Points::Plane(coordinates.as_chunks().0.iter().copied().map(DVec2::from_array).collect())
+            }
+            None => Points::Space(coordinates.as_chunks().0.iter().copied().map(DVec3::from_array).collect()),
+        }
+    }
+
     /// Returns the number of points.
     pub fn len(&self) -> usize {
         match self {
             Points::Plane(p) => p.len(),
             Points::Space(p) => p.len(),
+            Points::Higher(p) => p.slice().len(),
         }
     }
 
@@ -30,11 +86,12 @@ impl Points {
         self.len() == 0
     }
 
-    /// Returns the number of coordinates: 2 or 3.
+    /// Returns the number of coordinates: 2 to 6.
     pub fn dimension(&self) -> usize {
         match self {
             Points::Plane(_) => 2,
             Points::Space(_) => 3,
+            Points::Higher(p) => p.slice().dimension(),
         }
     }
 
@@ -43,6 +100,7 @@ impl Points {
         match self {
             Points::Plane(p) => PointSlice::Plane(p),
             Points::Space(p) => PointSlice::Space(p),
+            Points::Higher(p) => PointSlice::Higher(p.slice()),
         }
     }
 
@@ -51,6 +109,7 @@ impl Points {
         match self {
             Points::Plane(p) => bytemuck::cast_slice(p),
             Points::Space(p) => bytemuck::cast_slice(p),
+            Points::Higher(p) => p.coordinates(),
         }
     }
 }
@@ -65,12 +124,16 @@ pub enum WeightedPoints {
 }
 
 impl WeightedPoints {
-    /// Joins points and their weights. Returns `None` if their numbers differ.
+    /// Joins points and their weights. Returns `None` if their numbers differ, and in dimensions 4 to 6.
     pub fn join(points: &Points, weights: &[f64]) -> Option<Self> {
-        (points.len() == weights.len()).then(|| match points {
-            Points::Plane(points) => WeightedPoints::Plane(joined(points, weights)),
-            Points::Space(points) => WeightedPoints::Space(joined(points, weights)),
-        })
+        if points.len() != weights.len() {
+            return None;
+        }
+        match points {
+            Points::Plane(points) => Some(WeightedPoints::Plane(joined(points, weights))),
+            Points::Space(points) => Some(WeightedPoints::Space(joined(points, weights))),
+            Points::Higher(_) => None,
+        }
     }
 
     /// Returns the sites.
@@ -90,10 +153,11 @@ fn joined<P: Position>(points: &[P], weights: &[f64]) -> Vec<Weighted<P>> {
 ///
 /// Cells are rows of `dimension + 1` zero-based indices of the input points, in canonical order. In space, the smallest
 /// index is first and the second smallest is second; the orientation decides the order of the other two. In the plane,
-/// the smallest index is first, and the order is counter-clockwise. Rows are sorted.
+/// the smallest index is first, and the order is counter-clockwise. In higher dimensions, all but the last two are sorted, and
+/// the orientation decides their order. Rows are sorted.
 #[derive(Clone, Copy, Debug)]
 pub struct MeshView<'a> {
-    /// 2 or 3.
+    /// 2 to 6.
     pub dimension: usize,
     /// All input points, `dimension` coordinates each.
     pub coordinates: &'a [f64],

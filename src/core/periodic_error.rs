@@ -18,6 +18,12 @@ pub enum PeriodicError {
         /// Number of coordinates.
         dimension: usize,
     },
+    /// The points have a dimension above 3.
+    #[error("periodic boxes exist in the plane and in space, but the points have dimension {dimension}")]
+    Higher {
+        /// Number of coordinates of a point.
+        dimension: usize,
+    },
     /// No axis is periodic.
     #[error("no axis of the box is periodic")]
     Open,
@@ -111,7 +117,7 @@ impl PeriodicError {
                 Some(Remedy::plain("round the coordinates to a common grid, or drop the points far away"))
             }
             Self::Open | Self::Number { .. } | Self::Many { .. } => None,
-            Self::Task => Some(Remedy::of("omit {periodic}")),
+            Self::Higher { .. } | Self::Task => Some(Remedy::of("omit {periodic}")),
             Self::Output { .. } => Some(Remedy::of("omit it, or omit {periodic}")),
         }
     }

@@ -145,6 +145,7 @@ fn cgal_agrees_on_real_data() {
         match points {
             Points::Plane(points) => by_cgal(&points, false, &name),
             Points::Space(points) => by_cgal(&points, false, &name),
+            Points::Higher(_) => unreachable!("the data are plane or spatial"),
         }
     }
 }

@@ -14,6 +14,7 @@ pub(crate) use memory::Growth;
 pub use memory::{MemoryLimit, MemoryUse, Probe, STEP};
 pub use neighbours::{FALLBACK_K, Neighbours};
 use septet_geometry::graph::Supergraph;
+use septet_geometry::point::Point;
 use septet_geometry::separator::{DrawKey, Sampler, bisection_samples, node_samples};
 use septet_protocol::ids::Phase;
 pub use stop::Stop;
@@ -265,13 +266,19 @@ impl WorkerConfig {
         self.workers + 1
     }
 
+    /// Returns `true` if the run builds stars in small leaves. Otherwise each worker triangulates its subdomain as a whole, which
+    /// is possible in the plane and in space only.
+    pub fn by_stars<P: Point>(&self) -> bool {
+        self.counted || P::DIM > 3
+    }
+
     /// Returns `true` if the cells of the run get neighbours.
     pub fn has_neighbours(&self) -> bool {
         self.shown.with_neighbours || !self.counted
     }
 
     /// Returns the reason why a run with this number of points does not start, if there is one.
-    pub fn refusal(&self, points: u64) -> Option<Refusal> {
+    pub fn refusal<P: Point>(&self, points: u64) -> Option<Refusal> {
         match self.graph.wanted {
             Wanted::Nearest(rule @ Neighbours::Count(k)) if rule.of(points).is_none() => {
                 return Some(Refusal::Neighbours { k });
@@ -285,7 +292,7 @@ impl WorkerConfig {
             _ => {}
         }
         let share = points / u64::from(self.workers);
-        (!self.counted && share > MOST_IN_A_PIECE).then_some(Refusal::Piece { points: share })
+        (!self.by_stars::<P>() && share > MOST_IN_A_PIECE).then_some(Refusal::Piece { points: share })
     }
 
     /// Returns the sampler of an attempt at a subproblem.

@@ -10,7 +10,7 @@ use septet_core::run::memory::admit;
 use septet_core::run::processes::rows_of;
 use septet_core::spec::Task;
 use septet_core::{Error, Outcome, Spec};
-use septet_geometry::coordinates::PointSlice;
+use septet_geometry::coordinates::{HigherSlice, PointSlice};
 use septet_io::read::{Extent, SharedPoints, read_shared, share_points};
 use septet_io::write::check_gathered;
 
@@ -154,6 +154,9 @@ impl Rows {
                 PointSlice::Space(points) => admit(order, points),
                 PointSlice::WeightedPlane(points) => admit(order, points),
                 PointSlice::WeightedSpace(points) => admit(order, points),
+                PointSlice::Higher(HigherSlice::Four(points)) => admit(order, points),
+                PointSlice::Higher(HigherSlice::Five(points)) => admit(order, points),
+                PointSlice::Higher(HigherSlice::Six(points)) => admit(order, points),
             };
             team.agree(admitted.map_err(Failure::from))?;
         }

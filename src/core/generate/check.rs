@@ -6,8 +6,11 @@ use super::shells;
 /// Checks that the set of a request can be generated.
 pub(super) fn request(request: &Request) -> Result<(), GenerateError> {
     let Request { kind, n, dimension, lipschitz, .. } = *request;
-    if !(2..=3).contains(&dimension) {
+    if !(2..=6).contains(&dimension) {
         return Err(GenerateError::Dimension(dimension));
+    }
+    if dimension > 3 && !kind.is_of_any_dimension() {
+        return Err(GenerateError::KindOfSpace { kind, dimension });
     }
     if let Some(constant) = lipschitz {
         if !kind.is_graded() {

@@ -69,6 +69,11 @@ pub(super) fn names() -> String {
     Kind::all().map(Kind::name).collect::<Vec<_>>().join(", ")
 }
 
+/// Returns the names of the kinds that exist in every dimension, separated by commas.
+pub(super) fn names_of_any_dimension() -> String {
+    Kind::all().filter(|kind| kind.is_of_any_dimension()).map(Kind::name).collect::<Vec<_>>().join(", ")
+}
+
 impl Kind {
     /// Returns every kind, in the order of the help text.
     pub fn all() -> impl Iterator<Item = Kind> {
@@ -85,6 +90,28 @@ impl Kind {
         matches!(self, Kind::WellSpaced | Kind::GradedPoint | Kind::GradedLine)
     }
 
+    /// Returns `true` if the kind exists above three dimensions.
+    pub fn is_of_any_dimension(self) -> bool {
+        match self {
+            Kind::Uniform
+            | Kind::Poisson
+            | Kind::Ball
+            | Kind::Sphere
+            | Kind::Grid
+            | Kind::Fcc
+            | Kind::Jittered
+            | Kind::Clusters
+            | Kind::Slab
+            | Kind::MomentCurve => true,
+            Kind::Line
+            | Kind::Body
+            | Kind::Shells
+            | Kind::WellSpaced
+            | Kind::GradedPoint
+            | Kind::GradedLine => false,
+        }
+    }
+
     /// Returns `true` if the size function grows, so that a Lipschitz constant applies.
     pub fn is_graded(self) -> bool {
         matches!(self, Kind::GradedPoint | Kind::GradedLine)
@@ -95,8 +122,7 @@ impl Kind {
     pub(super) fn limit(self, dimension: usize) -> u64 {
         match (self, dimension) {
             // t^d must be a 53-bit integer.
-            (Kind::MomentCurve, 2) => 1 << 26,
-            (Kind::MomentCurve, _) => 1 << 17,
+            (Kind::MomentCurve, _) => 1 << (53 / dimension.max(2)).min(26),
             (kind, _) if kind.is_spaced() => 1 << 25,
             _ => 1 << 31,
         }

@@ -1,7 +1,7 @@
 //! Point sets for experiments: random, degenerate, clustered, and f-spaced with a known constant.
 //!
 //! A set is a function of (kind, number, dimension, seed, Lipschitz constant, ratio). It does not depend on a clock, on
-//! the number of threads, or on any library function except the square root. All kinds lie in the unit square or cube,
+//! the number of threads, or on any library function except the square root. All kinds lie in the unit cube of their dimension,
 //! except shells, which lie around the origin. The machine generates the f-spaced kinds (`spaced`).
 
 mod bodies;
@@ -28,13 +28,14 @@ pub use request::{
 pub use rows::SeparateRows;
 use unit::Unit;
 
-use crate::model::Points;
+use crate::model::{HigherPoints, Points};
+use septet_geometry::point::Point;
 
 /// Generates a set.
 ///
 /// # Errors
 ///
-/// Fails if the dimension is neither 2 nor 3, or if the number of points is above the limit of the kind. Also fails
+/// Fails if the dimension is not between 2 and 6, if the kind does not exist in it, or if the number of points is above the limit of the kind. Also fails
 /// if the Lipschitz constant or the ratio is out of range, or if the kind does not use one.
 pub fn generate(
     request: &Request,
@@ -43,8 +44,24 @@ pub fn generate(
     check::request(request)?;
     match request.dimension {
         2 => typed::<DVec2>(request, Points::Plane, progress),
-        _ => typed::<DVec3>(request, Points::Space, progress),
+        3 => typed::<DVec3>(request, Points::Space, progress),
+        4 => Ok(unspaced(request, |points| Points::Higher(HigherPoints::Four(points)), progress)),
+        5 => Ok(unspaced(request, |points| Points::Higher(HigherPoints::Five(points)), progress)),
+        _ => Ok(unspaced(request, |points| Points::Higher(HigherPoints::Six(points)), progress)),
     }
+}
+
+/// Generates a set that is not f-spaced.
+fn unspaced<P: Point>(
+    request: &Request,
+    wrap: fn(Vec<P>) -> Points,
+    progress: &mut GenerateProgress,
+) -> Generated {
+    progress(request.kind.name(), 0, request.n);
+    let points = shapes::points::<P>(request);
+    progress(request.kind.name(), request.n, request.n);
+    let notes = check::count(request, points.len() as u64).into_iter().collect();
+    Generated { points: wrap(points), spacing: None, requested: request.n, notes }
 }
 
 fn typed<P: Unit>(
@@ -52,22 +69,13 @@ fn typed<P: Unit>(
     wrap: fn(Vec<P>) -> Points,
     progress: &mut GenerateProgress,
 ) -> Result<Generated, GenerateError> {
-    let mut notes = Vec::new();
-    let mut spacing = None;
-    let spaced = request.kind.is_spaced();
-    let points = if spaced {
-        let set = search::spaced_set::<P>(request, progress)?;
-        let sizing = set.sizing;
-        spacing = Some(Spacing { lipschitz: sizing.slope, dimension: P::DIM, sizing });
-        notes = set.notes;
-        set.points
-    } else {
-        progress(request.kind.name(), 0, request.n);
-        let points = shapes::points::<P>(request);
-        progress(request.kind.name(), request.n, request.n);
-        points
-    };
+    if !request.kind.is_spaced() {
+        return Ok(unspaced(request, wrap, progress));
+    }
+    let set = search::spaced_set::<P>(request, progress)?;
+    let (points, sizing, mut notes) = (set.points, set.sizing, set.notes);
     notes.extend(check::count(request, points.len() as u64));
+    let spacing = Some(Spacing { lipschitz: sizing.slope, dimension: P::DIM, sizing });
     Ok(Generated { points: wrap(points), spacing, requested: request.n, notes })
 }
 

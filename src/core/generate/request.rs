@@ -21,7 +21,7 @@ pub struct Request {
     pub kind: Kind,
     /// The number of points requested. [`Kind`] documents how the kinds round it.
     pub n: u64,
-    /// 2 or 3.
+    /// 2 to 6.
     pub dimension: usize,
     /// The seed of all draws.
     pub seed: u64,
@@ -72,9 +72,17 @@ pub enum GenerateError {
         /// The name as given.
         name: String,
     },
-    /// The dimension is neither 2 nor 3.
-    #[error("dimension {0} is not supported: 2 or 3")]
+    /// The dimension is not between 2 and 6.
+    #[error("dimension {0} is not supported: 2 to 6")]
     Dimension(usize),
+    /// The kind exists in the plane and in space only.
+    #[error("`{kind}` exists in dimensions 2 and 3, not in dimension {dimension}")]
+    KindOfSpace {
+        /// The kind.
+        kind: Kind,
+        /// The dimension requested.
+        dimension: usize,
+    },
     /// The constant is outside the open interval from 0 to 1.
     #[error("lipschitz = {0} is not between 0 and 1 (both excluded)")]
     Lipschitz(f64),
@@ -133,6 +141,7 @@ impl GenerateError {
     pub fn remedy(&self) -> Option<Remedy> {
         Some(match self {
             Self::UnknownKind { .. } => Remedy::of("use one of ").and(kind::names()),
+            Self::KindOfSpace { .. } => Remedy::of("use one of ").and(kind::names_of_any_dimension()),
             Self::TooManyShells { .. } => Remedy::of("reduce the number of points or the ratio"),
             Self::TooMany { .. } => Remedy::of("reduce the number of points"),
             Self::Machine(error) => return error.remedy(),

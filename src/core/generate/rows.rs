@@ -15,7 +15,8 @@ use super::check;
 use super::draw::{Draw, Purpose};
 use super::kind::Kind;
 use super::request::{GenerateError, Request};
-use crate::model::Points;
+use crate::model::{HigherPoints, Points};
+use septet_geometry::higher::VecN;
 
 /// A set whose rows can be generated separately.
 #[derive(Clone, Debug)]
@@ -26,6 +27,9 @@ pub struct SeparateRows(Typed);
 enum Typed {
     Plane(Rows<DVec2>),
     Space(Rows<DVec3>),
+    Four(Rows<VecN<4>>),
+    Five(Rows<VecN<5>>),
+    Six(Rows<VecN<6>>),
 }
 
 impl SeparateRows {
@@ -38,7 +42,10 @@ impl SeparateRows {
         check::request(request)?;
         Ok(match request.dimension {
             2 => Rows::of(request).map(Typed::Plane),
-            _ => Rows::of(request).map(Typed::Space),
+            3 => Rows::of(request).map(Typed::Space),
+            4 => Rows::of(request).map(Typed::Four),
+            5 => Rows::of(request).map(Typed::Five),
+            _ => Rows::of(request).map(Typed::Six),
         }
         .map(SeparateRows))
     }
@@ -48,6 +55,9 @@ impl SeparateRows {
         match &self.0 {
             Typed::Plane(rows) => rows.count,
             Typed::Space(rows) => rows.count,
+            Typed::Four(rows) => rows.count,
+            Typed::Five(rows) => rows.count,
+            Typed::Six(rows) => rows.count,
         }
     }
 
@@ -57,6 +67,9 @@ impl SeparateRows {
         match &self.0 {
             Typed::Plane(all) => Points::Plane(all.range(rows)),
             Typed::Space(all) => Points::Space(all.range(rows)),
+            Typed::Four(all) => Points::Higher(HigherPoints::Four(all.range(rows))),
+            Typed::Five(all) => Points::Higher(HigherPoints::Five(all.range(rows))),
+            Typed::Six(all) => Points::Higher(HigherPoints::Six(all.range(rows))),
         }
     }
 
@@ -174,7 +187,12 @@ impl<P: Point> Rule<P> {
             }
             Rule::Moment { unit } => {
                 let t = row as f64 * unit;
-                P::from_coords(&[t, t * t, t * t * t])
+                let (mut p, mut power) = (P::default(), t);
+                for axis in 0..P::DIM {
+                    p.set_coord(axis, power);
+                    power *= t;
+                }
+                p
             }
         }
     }

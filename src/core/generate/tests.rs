@@ -316,6 +316,7 @@ fn shells_end_with_the_exact_range() {
         let exact = match made(&ask).points {
             Points::Plane(points) => Digits::of(&points).unwrap().exponent(&points).is_ok(),
             Points::Space(points) => Digits::of(&points).unwrap().exponent(&points).is_ok(),
+            Points::Higher(points) => panic!("{points:?}"),
         };
         assert!(exact, "{ratio}");
         let more = generate(&Request { n: 24 * most + 1, ..ask }, &mut |_, _, _| {}).unwrap_err();

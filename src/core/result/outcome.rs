@@ -4,6 +4,7 @@ use std::ops::Deref;
 use std::sync::OnceLock;
 
 use glam::{DVec2, DVec3};
+use septet_geometry::higher::VecN;
 use serde::{Deserialize, Serialize};
 
 use septet_geometry::graph::Supergraph;
@@ -319,7 +320,13 @@ impl Outcome {
                 return LabelledCells { rows: cells.rows(), ..LabelledCells::default() };
             }
             let cells = rows_of_shares(&self.shares, self.space + 1, self.has_owners);
-            if self.space == 2 { canonicalise::<DVec2>(cells) } else { canonicalise::<DVec3>(cells) }
+            match self.space {
+                2 => canonicalise::<DVec2>(cells),
+                3 => canonicalise::<DVec3>(cells),
+                4 => canonicalise::<VecN<4>>(cells),
+                5 => canonicalise::<VecN<5>>(cells),
+                _ => canonicalise::<VecN<6>>(cells),
+            }
         })
     }
 

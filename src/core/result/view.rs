@@ -11,7 +11,7 @@ use serde::Serialize;
 use septet_geometry::hash::hash_of_place;
 use septet_geometry::point::Point;
 use septet_geometry::range::scale;
-use septet_geometry::separator::{SEPARATOR_WORDS, Separator, Surface};
+use septet_geometry::separator::{Separator, Surface};
 use septet_protocol::ids::NodeId;
 use septet_protocol::message::ViewPart;
 
@@ -89,7 +89,7 @@ pub(crate) struct Album {
     points: Vec<Entry>,
     /// Id and leaf.
     ghosts: Vec<(u64, u64)>,
-    splits: BTreeMap<u64, ([f64; SEPARATOR_WORDS], [Vec<f64>; 2])>,
+    splits: BTreeMap<u64, (Vec<f64>, [Vec<f64>; 2])>,
 }
 
 #[derive(Clone, Debug)]
@@ -140,8 +140,8 @@ impl Album {
         }
         self.ghosts.extend(part.ghosts.iter().copied().zip(part.ghost_leaves.iter().copied()));
         for (i, &node) in part.nodes.iter().enumerate() {
-            let mut words = [0.0; SEPARATOR_WORDS];
-            words.copy_from_slice(&part.separators[i * SEPARATOR_WORDS..][..SEPARATOR_WORDS]);
+            let count = Separator::<P>::WORDS;
+            let words = part.separators[i * count..][..count].to_vec();
             let corners = [part.boxes[2 * i], part.boxes[2 * i + 1]].map(coordinates);
             self.splits.insert(node, (words, corners));
         }
@@ -248,12 +248,7 @@ impl<P: Point> Frame<P> {
         self.round(&coordinates(scale(point::<P>(machine), -self.exponent)))
     }
 
-    fn separator(
-        &self,
-        node: u64,
-        words: &[f64; SEPARATOR_WORDS],
-        corners: &[Vec<f64>; 2],
-    ) -> Option<SeparatorView> {
+    fn separator(&self, node: u64, words: &[f64], corners: &[Vec<f64>; 2]) -> Option<SeparatorView> {
         let back = |x: P| coordinates(scale(x, -self.exponent));
         let length = |x: f64| scale(P::splat(x), -self.exponent).coord(0);
         let (kind, vector, number, interior) = match Separator::<P>::from_array(words)?.surface()? {

@@ -204,7 +204,7 @@ mod tests {
     fn points(n: u64, place: impl Fn(DVec3) -> DVec3) -> Vec<DVec3> {
         let request = Request { kind: Kind::Uniform, n, dimension: 3, seed: 5, lipschitz: None, ratio: None };
         match generate(&request, &mut |_, _, _| {}).unwrap().points {
-            Points::Plane(_) => Vec::new(),
+            Points::Plane(_) | Points::Higher(_) => Vec::new(),
             Points::Space(points) => points.into_iter().map(place).collect(),
         }
     }

@@ -1,6 +1,6 @@
 //! The calls of the library in one process.
 
-use septet_geometry::coordinates::{Coordinates, PointSlice};
+use septet_geometry::coordinates::{Coordinates, HigherSlice, PointSlice};
 use septet_geometry::point::Point;
 use septet_protocol::wire::Processes;
 
@@ -11,6 +11,8 @@ use crate::run::hosts::started;
 use crate::run::periodic::{run_periodic, run_shared};
 use crate::run::processes::{HeldRows, run_held};
 use crate::run::{Hosts, Start, certified, run};
+#[cfg(not(feature = "dimensions"))]
+use crate::spec::SpecError;
 use crate::spec::{Spec, Task, Until};
 
 /// Computes the Delaunay triangulation of `points`. The result is exact and certified. It is the same for every
@@ -127,7 +129,30 @@ fn sized(points: PointSlice<'_>, sizes: &[f64], order: (&Spec, Task)) -> Result<
         PointSlice::WeightedSpace(positions) => {
             run(order, Whole { positions, sizes }.held(), &mut Hosts::Own(&mut started(order.0)))
         }
+        PointSlice::Higher(points) => higher(points, sizes, order),
     }
+}
+
+/// Runs a task over points of dimension 4, 5 or 6.
+#[cfg(feature = "dimensions")]
+fn higher(points: HigherSlice<'_>, sizes: &[f64], order: (&Spec, Task)) -> Result<Outcome, Error> {
+    match points {
+        HigherSlice::Four(positions) => {
+            run(order, Whole { positions, sizes }.held(), &mut Hosts::Own(&mut started(order.0)))
+        }
+        HigherSlice::Five(positions) => {
+            run(order, Whole { positions, sizes }.held(), &mut Hosts::Own(&mut started(order.0)))
+        }
+        HigherSlice::Six(positions) => {
+            run(order, Whole { positions, sizes }.held(), &mut Hosts::Own(&mut started(order.0)))
+        }
+    }
+}
+
+/// Refuses points of dimension 4, 5 or 6.
+#[cfg(not(feature = "dimensions"))]
+fn higher(points: HigherSlice<'_>, _sizes: &[f64], _order: (&Spec, Task)) -> Result<Outcome, Error> {
+    Err(SpecError::Dimensions { dimension: points.dimension() }.into())
 }
 
 /// Runs a task over points on a machine that `start` starts. The transport of the specification is not used.

@@ -39,7 +39,7 @@ pub(super) fn finish<P: Point>(
     let ledger = merged_ledger(shares.iter().map(|share| &share.ledger.part), fault);
     // One process also knows the messages of the totals.
     let balance = if is_team { 0 } else { ledger.balance };
-    let (exponent, refutation) = End::of(&shares, balance)?.decide(settings, P::DIM)?;
+    let (exponent, refutation) = End::of(&shares, balance)?.decide::<P>(settings)?;
     let (facts, left_out) = facts(settings, &mut shares, (P::DIM, P::IS_WEIGHTED), refutation);
     let is_empty = facts.is_flat() && !is_selection(machine);
     let points = facts.points.used;
@@ -102,13 +102,13 @@ impl<'a> End<'a> {
     ///
     /// # Errors
     /// Fails if messages are missing, if the rows cannot be triangulated, or if cells are missing.
-    fn decide(self, settings: &Settings<'_>, space: usize) -> Result<(i32, Option<Refutation>), Error> {
+    fn decide<P: Point>(self, settings: &Settings<'_>) -> Result<(i32, Option<Refutation>), Error> {
         let machine = &settings.machine;
-        let rows = self.check_rows(settings);
+        let rows = self.check_rows::<P>(settings);
         let has_stars = rows.is_ok()
             && machine.until.is_none()
             && !is_selection(machine)
-            && self.loaded.dimension >= space as isize;
+            && self.loaded.dimension >= P::DIM as isize;
         // A message that changed on its way could make the ranks refuse a valid input.
         if !has_stars && (self.totals.balance != 0 || self.balance != 0) {
             return Err(unbalanced());
@@ -122,7 +122,7 @@ impl<'a> End<'a> {
     }
 
     /// Checks the rows of all processes. Returns the exponent.
-    fn check_rows(self, settings: &Settings<'_>) -> Result<i32, Error> {
+    fn check_rows<P: Point>(self, settings: &Settings<'_>) -> Result<i32, Error> {
         let End { loaded: Loaded { survey, population, .. }, totals, .. } = self;
         if survey.repeats_numbers() {
             return Err(Error::Indices { rows: survey.rows, first: survey.first, last: survey.last });
@@ -132,7 +132,7 @@ impl<'a> End<'a> {
         if counted != survey.rows {
             return Err(incomplete(format!("the ranks account for {counted} of {} rows", survey.rows)));
         }
-        settings.check(population.count)?;
+        settings.check::<P>(population.count)?;
         Ok(exponent)
     }
 
@@ -181,7 +181,7 @@ pub(super) fn unbalanced() -> Error {
 }
 
 /// Returns the facts of the run, and the rows of this process that are not vertices. Takes them from the shares.
-fn facts<P>(
+fn facts<P: Point>(
     settings: &Settings<'_>,
     shares: &mut [Share<P>],
     (space, has_weights): (usize, bool),
@@ -224,7 +224,7 @@ fn facts<P>(
         exchange_rounds: merged.exchange_rounds,
         fallback: certificate.fallback,
         refutation,
-        settled: if is_empty { settled_flat(settings) } else { settled(settings, choice) },
+        settled: if is_empty { settled_flat(settings) } else { settled::<P>(settings, choice) },
     };
     (facts, left_out)
 }
@@ -236,8 +236,8 @@ fn settled_flat(settings: &Settings<'_>) -> Settled {
 }
 
 /// Returns the settings of a run that made this choice of a supergraph. A run that stops builds no supergraph.
-fn settled(settings: &Settings<'_>, choice: Choice) -> Settled {
-    if !settings.machine.counted {
+fn settled<P: Point>(settings: &Settings<'_>, choice: Choice) -> Settled {
+    if !settings.machine.by_stars::<P>() {
         return settings.settled(None, NO_SUPERGRAPH.to_string());
     }
     let supergraph = choice.supergraph.filter(|_| settings.machine.until.is_none());

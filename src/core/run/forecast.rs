@@ -34,6 +34,11 @@ struct Bytes {
     cell: f64,
 }
 
+/// Returns the entry of a table for a dimension. That of space stands for the higher ones, whose runs need more.
+fn of_dimension<P: Point, T: Copy>(table: [T; 2]) -> T {
+    table[usize::from(P::DIM > 2)]
+}
+
 /// Bytes of `triangulate`, in the plane and in space: three quarters of the least measured values, as the counts stop runs
 /// that need more.
 const DIRECT: [Bytes; 2] = [Bytes { point: 60.0, cell: 36.0 }, Bytes { point: 80.0, cell: 48.0 }];
@@ -55,19 +60,22 @@ pub(super) struct Forecast {
 impl Forecast {
     /// Estimates the size of a run.
     pub(super) fn of<P: Point>(task: Task, points: &[P]) -> Self {
-        let at = P::DIM - 2;
         // A run that stops early has no cells.
         let (bytes, has_cells) = match task {
-            Task::Triangulate => (DIRECT[at], true),
-            Task::Simulate => (COUNTED[at], true),
-            Task::Count(Until::Graph | Until::Partition | Until::Neighbours) => (DIRECT[at], false),
-            Task::Independent { .. } => (SITES[at], false),
+            Task::Triangulate => (of_dimension::<P, _>(DIRECT), true),
+            Task::Simulate => (of_dimension::<P, _>(COUNTED), true),
+            Task::Count(Until::Graph | Until::Partition | Until::Neighbours) => {
+                (of_dimension::<P, _>(DIRECT), false)
+            }
+            Task::Independent { .. } => (of_dimension::<P, _>(SITES), false),
         };
         let star = match (has_cells, P::DIM) {
             // Hidden sites have no cells, and there may be any number of them.
             (false, _) => 0.0,
             (true, _) if P::IS_WEIGHTED => 0.0,
             (true, 2) => USUAL_STAR[0],
+            // The stars of a sample would take longer than many runs.
+            (true, 4..) => USUAL_STAR[1],
             (true, _) => mean_star(points).unwrap_or(USUAL_STAR[1]),
         };
         let points = points.len() as f64;
@@ -131,7 +139,7 @@ mod tests {
     fn star_of(kind: Kind, n: u64) -> f64 {
         let request = Request { kind, n, dimension: 3, seed: 5, lipschitz: None, ratio: None };
         match generate(&request, &mut |_, _, _| {}).unwrap().points {
-            Points::Plane(_) => 0.0,
+            Points::Plane(_) | Points::Higher(_) => 0.0,
             Points::Space(points) => mean_star(&points).unwrap(),
         }
     }

@@ -5,7 +5,7 @@
 
 use std::ops::Range;
 
-use septet_geometry::coordinates::PointSlice;
+use septet_geometry::coordinates::{HigherSlice, PointSlice};
 use septet_geometry::point::Point;
 use septet_protocol::transport::Placement;
 use septet_protocol::wire::Processes;
@@ -67,6 +67,7 @@ pub(super) fn run_held(
         PointSlice::Space(points) => run_rows(processes, (points, held), placement, order),
         PointSlice::WeightedPlane(points) => run_rows(processes, (points, held), placement, order),
         PointSlice::WeightedSpace(points) => run_rows(processes, (points, held), placement, order),
+        PointSlice::Higher(points) => run_higher(processes, (points, held), placement, order),
     };
     outcome.map(Some)
 }
@@ -85,6 +86,31 @@ pub(super) fn run_rows<P: Point>(
     let own = Held { source, points, first: held.base, rows: held.rows };
     let transport = &mut OverWire::new(processes, placement);
     run_once(order, own, &mut Hosts::Team { transport, placement })
+}
+
+#[cfg(feature = "dimensions")]
+fn run_higher(
+    processes: &mut Processes<'_>,
+    (points, held): (HigherSlice<'_>, HeldRows<'_>),
+    placement: Placement,
+    order: (&Spec, Task),
+) -> Result<Outcome, Error> {
+    match points {
+        HigherSlice::Four(points) => run_rows(processes, (points, held), placement, order),
+        HigherSlice::Five(points) => run_rows(processes, (points, held), placement, order),
+        HigherSlice::Six(points) => run_rows(processes, (points, held), placement, order),
+    }
+}
+
+/// Refuses points of dimension 4, 5 or 6. All processes have such points, so none of them waits.
+#[cfg(not(feature = "dimensions"))]
+fn run_higher(
+    _processes: &mut Processes<'_>,
+    (points, _held): (HigherSlice<'_>, HeldRows<'_>),
+    _placement: Placement,
+    _order: (&Spec, Task),
+) -> Result<Outcome, Error> {
+    Err(SpecError::Dimensions { dimension: points.dimension() }.into())
 }
 
 /// The points of a process, as the source of its workers.

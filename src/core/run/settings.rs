@@ -18,8 +18,8 @@ use crate::result::view::MOST_POINTS;
 use crate::run::auto_workers::auto_workers;
 use crate::run::memory;
 use crate::spec::{
-    Alpha, Constants, Fault, Graph, MOST_WORKERS, Neighbours, Purpose, Registers, Spec, SpecError, Task,
-    TreeConstants, Until, Words, Workers, alpha_of_spacing, cores,
+    Alpha, Constants, Fault, Graph, MOST_WORKERS, Neighbours, Partition, Purpose, Registers, Spec, SpecError,
+    Task, TreeConstants, Until, Words, Workers, alpha_of_spacing, cores,
 };
 
 /// Checks the specification, the numbers of the rows and the forecast of memory. `is_team` is set if several processes may
@@ -42,6 +42,11 @@ pub(crate) fn admit<P: Point>(
     }
     if P::IS_WEIGHTED && task.is_independent() {
         return Err(SpecError::Weighted.into());
+    }
+    if P::DIM > 3 && spec.tree.partition == Partition::Hilbert {
+        return Err(
+            SpecError::OnlySpace { what: "partitions by the Hilbert curve", dimension: P::DIM }.into()
+        );
     }
     if is_team {
         admit_team(spec)?;
@@ -127,8 +132,8 @@ impl<'a> Settings<'a> {
     ///
     /// # Errors
     /// Fails if the points do not allow k, or if there are too few workers for them.
-    pub(crate) fn check(&self, points: u64) -> Result<(), Error> {
-        match self.machine.refusal(points) {
+    pub(crate) fn check<P: Point>(&self, points: u64) -> Result<(), Error> {
+        match self.machine.refusal::<P>(points) {
             None => Ok(()),
             Some(Refusal::Neighbours { k }) => Err(SpecError::K { k: u64::from(k), points }.into()),
             Some(Refusal::Piece { points: share }) => {
@@ -165,7 +170,7 @@ pub(super) fn machine<P: Point>(spec: &Spec, task: Task, wanted: Wanted) -> Work
         }
     };
     let constants = TreeConstants::of(wished.purpose, P::DIM, spec.recursion.sets, known);
-    let leaf = if independent { LEAF_OF_SITES[P::DIM - 2] } else { constants.leaf };
+    let leaf = if independent { LEAF_OF_SITES[P::DIM.min(3) - 2] } else { constants.leaf };
     let shown = Shown {
         with_edges: spec.keep.graph && counted,
         with_sets: spec.keep.sets && counted,
@@ -218,7 +223,7 @@ pub(super) fn machine<P: Point>(spec: &Spec, task: Task, wanted: Wanted) -> Work
     }
 }
 
-/// Largest leaf of an independent set, in the plane and in space. The search in a leaf takes linear time
+/// Largest leaf of an independent set, in the plane, and in space and above. The search in a leaf takes linear time
 /// ([`septet_geometry::grid`]). A leaf may therefore be larger, and the tree lower, than in a search over all pairs.
 /// The points of even larger leaves would not fit into the caches.
 const LEAF_OF_SITES: [u64; 2] = [2000, 4000];

@@ -36,8 +36,9 @@ pub(crate) struct TreeConstants {
     pub(crate) leaf: u64,
 }
 
-/// Largest leaf for [`Purpose::Counting`], in the plane and in space, if children share no separator points.
-const COUNTING_LEAF: [u64; 2] = [40, 60];
+/// Largest leaf for [`Purpose::Counting`], from the plane to dimension 6, if children share no separator points. It exceeds the
+/// number of neighbours of a point.
+const COUNTING_LEAF: [u64; 5] = [40, 60, 120, 240, 480];
 
 impl TreeConstants {
     /// Returns the constants for a purpose. The children of a node share separator points by the rule `sets`, in this
@@ -67,7 +68,7 @@ impl TreeConstants {
 /// separator points of each other. Such a leaf has about 1,000 points in space at alpha 2.5 and 500 in the plane, and
 /// grows with the volume of the alpha-balls, which is proportional to k if they extend to the k-th neighbour.
 fn leaf_of_unions(dimension: usize, supergraph: Option<Supergraph>) -> u64 {
-    let floor = if dimension == 3 { 1000.0 } else { 500.0 };
+    let floor = if dimension == 2 { 500.0 } else { 1000.0 };
     let (alpha, k) = match supergraph {
         Some(Supergraph::Density { alpha }) => (alpha, 1),
         Some(Supergraph::Overlap { alpha, k }) => (alpha, k),

@@ -23,6 +23,23 @@ pub enum SpecError {
     /// A conflict graph takes no weights.
     #[error("sites of an independent set have sizes, so they cannot have weights")]
     Weighted,
+    /// A method exists in the plane and in space only.
+    #[error("{what} exist in dimensions 2 and 3 only, but the points have dimension {dimension}")]
+    OnlySpace {
+        /// The method, in the plural.
+        what: &'static str,
+        /// Number of coordinates of a point.
+        dimension: usize,
+    },
+    /// This build does not triangulate points of this dimension.
+    #[error(
+        "points of dimension {dimension}: this build triangulates dimensions 2 and 3, because it was built without the \
+         feature `dimensions`"
+    )]
+    Dimensions {
+        /// Number of coordinates of a point.
+        dimension: usize,
+    },
     /// There are no threads.
     #[error("at least one thread is needed")]
     NoThreads,
@@ -175,6 +192,7 @@ impl SpecError {
                 Remedy::of("add ").set(needed, word).then(", or omit ").option(option)
             }
             Self::SmallerSide { .. } => Remedy::of("use {separator-sets=both} or {separator-sets=ghost}"),
+            Self::Dimensions { .. } => Remedy::of("build septet with the feature `dimensions`"),
             Self::Uncorrected { .. } => Remedy::of("use `simulate`, or omit {neighbours}"),
             Self::TriesOfBaseline { .. } => Remedy::of("omit {tries} or {partition}"),
             Self::NotDistributed { option, .. } => {
@@ -185,6 +203,7 @@ impl SpecError {
             | Self::LogFactor { .. }
             | Self::OverlapLog { .. }
             | Self::Value { .. }
+            | Self::OnlySpace { .. }
             | Self::Weighted => return None,
         })
     }

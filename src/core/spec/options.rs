@@ -50,11 +50,11 @@ pub static OPTIONS: &[Row] = &[
     ),
     option!(
         Spec, "dimension", "dimension",
-        "Dimension of the input; 2 keeps the first two coordinates",
-        Between<2, 3>,
+        "Dimension of the input, from 2 to 6; 2 keeps the first two coordinates",
+        Between<2, 6>,
         |s| Between(s.input.dimension.map(|dimension| dimension as u32)),
         |s, Between(dimension)| { s.input.dimension = dimension.map(|d| d as usize); Ok(()) },
-        { short: Some('d'), form: "2|3", commands: Commands::POINTS, heading: Heading::Input, is_common: true, matters: Matters::Cells }
+        { short: Some('d'), form: "2..6", commands: Commands::POINTS, heading: Heading::Input, is_common: true, matters: Matters::Cells }
     ),
     option!(
         Spec, "columns", "columns",

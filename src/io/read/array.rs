@@ -1,6 +1,6 @@
 //! Arrays of numbers in binary files: the rows of `.npy` files and of raw files.
 
-use super::collect::Collector;
+use super::collect::{Collector, MOST_COORDINATES};
 use super::error::{InputError, Place};
 use super::points::{CoordinateType, PointFile, ReadOptions};
 use super::scalar::{Endian, Scalar};
@@ -55,7 +55,7 @@ pub(super) fn shape_advice(rows: u64) -> &'static str {
     if matches!(rows, 2 | 3) {
         "it is transposed: save rows of points with numpy.save(name, a.T)"
     } else {
-        "save only the columns of the coordinates, two or three"
+        "save only the columns of the coordinates (supported: 2 to 6)"
     }
 }
 
@@ -89,7 +89,7 @@ impl Layout {
         self.fields.map_or(self.columns * self.scalar.size(), |fields| fields.stride) as u64
     }
 
-    /// Creates a collector for `rows` points, or refuses an array of other than two or three columns of coordinates.
+    /// Creates a collector for `rows` points, or refuses an array of other than two to six columns of coordinates.
     pub fn collector<'a>(
         &self,
         source: Source<'a>,
@@ -97,9 +97,14 @@ impl Layout {
         rows: u64,
     ) -> Result<Collector<'a>, InputError> {
         let place = Place::Byte(self.start);
-        if !(2..=3).contains(&self.coordinates()) {
+        let found = self.coordinates();
+        let drops_columns = found > 3 && options.dimension.is_some_and(|dimension| dimension < found);
+        if !(2..=MOST_COORDINATES).contains(&found) || drops_columns {
             return Err(self.wrong_shape(source, place));
         }
+        // Only an array has a dimension above 3 without a word about it.
+        let stated = options.dimension.or((found > 3).then_some(found));
+        let options = &ReadOptions { dimension: stated, ..options.clone() };
         // No header announces more rows than the file has.
         let bytes = usize::try_from(rows.saturating_mul(self.row_size())).unwrap_or(usize::MAX);
         let size = (rows, bytes, self.row_size() as usize);
@@ -108,7 +113,26 @@ impl Layout {
         Ok(points)
     }
 
-    /// Returns the error for an array of other than two or three columns of coordinates.
+    /// Returns `true` if the number of columns is the dimension above 3 of the points unless the last column is constant.
+    pub fn may_be_homogeneous(&self, options: &ReadOptions) -> bool {
+        self.coordinates() > 3 && options.dimension.is_none()
+    }
+
+    /// Refuses an array whose columns are the dimension if its last column is constant.
+    fn refuse_homogeneous(
+        &self,
+        source: Source<'_>,
+        options: &ReadOptions,
+        points: &Collector<'_>,
+    ) -> Result<(), InputError> {
+        if !self.may_be_homogeneous(options) || !points.has_constant_end() {
+            return Ok(());
+        }
+        let (path, place) = (source.path.to_owned(), Place::Byte(self.start));
+        Err(InputError::Homogeneous { path, place, rows: self.rows, columns: self.columns })
+    }
+
+    /// Returns the error for an array of other than two to six columns of coordinates.
     fn wrong_shape(&self, source: Source<'_>, place: Place) -> InputError {
         let weights = if self.weight.is_some() { " with weights" } else { "" };
         let what = format!("an array of shape ({}, {}) as points{weights}", self.rows, self.columns);
@@ -133,6 +157,7 @@ impl Layout {
     pub fn points(&self, source: Source<'_>, options: &ReadOptions) -> Result<PointFile, InputError> {
         let mut points = self.collector(source, options, self.rows)?;
         let rounded = Array::of(source, *self).add_to(&mut points)?;
+        self.refuse_homogeneous(source, options, &points)?;
         points.notes.extend(self.notes(rounded));
         Ok(points.finish())
     }
@@ -225,7 +250,7 @@ impl<'a> Array<'a> {
         let weight = weight.map(|column| self.column(column));
         let step = self.step();
         for row in 0..self.rows {
-            let mut at = [0.0; 3];
+            let mut at = [0.0; MOST_COORDINATES];
             for (slot, column) in at.iter_mut().zip(&columns) {
                 let element = self.bytes(row * step + column.offset, *column);
                 *slot = column.scalar.float(element, column.endian);

@@ -2,12 +2,13 @@
 
 use glam::{DVec2, DVec3};
 
-use super::error::{InputError, Place};
+use super::error::{InputError, Place, WeightError};
 use super::points::{CoordinateType, PointFile, ReadOptions};
 use super::reading::FileReading;
 use super::text::{Line, Source, number};
 use super::weights;
-use septet_core::model::Points;
+use septet_core::model::{HigherPoints, Points};
+use septet_geometry::higher::VecN;
 
 /// The points read so far.
 pub(super) struct Collector<'a> {
@@ -42,6 +43,30 @@ pub(super) type WeightNumber = (Place, f64);
 /// The words of a point: its coordinates, and the one of its weight, if the weights are in a column.
 pub(super) type PointWords<'w, 'b> = (&'w mut dyn Iterator<Item = &'b [u8]>, Option<&'b [u8]>);
 
+/// The largest number of coordinates of a point.
+pub(super) const MOST_COORDINATES: usize = 6;
+
+/// Returns no points of a dimension, with room for some. Returns `None` if there is no memory for them.
+fn empty(dimension: usize, capacity: usize) -> Option<Points> {
+    fn reserved<P>(capacity: usize) -> Option<Vec<P>> {
+        let mut points = Vec::new();
+        points.try_reserve(capacity).ok()?;
+        Some(points)
+    }
+    Some(match dimension {
+        2 => Points::Plane(reserved(capacity)?),
+        4 => Points::Higher(HigherPoints::Four(reserved(capacity)?)),
+        5 => Points::Higher(HigherPoints::Five(reserved(capacity)?)),
+        6 => Points::Higher(HigherPoints::Six(reserved(capacity)?)),
+        _ => Points::Space(reserved(capacity)?),
+    })
+}
+
+/// Returns the point with these coordinates, where -0.0 becomes 0.0.
+fn higher<const N: usize>(at: &[f64]) -> VecN<N> {
+    VecN(std::array::from_fn(|axis| at[axis] + 0.0))
+}
+
 impl<'a> Collector<'a> {
     /// Creates a collector of points with `dimension` coordinates, or fewer if the options request fewer.
     ///
@@ -70,14 +95,14 @@ impl<'a> Collector<'a> {
                 row: None,
             });
         }
-        let capacity = usize::try_from(announced).unwrap_or(usize::MAX).min(bytes / least.max(1) + 1);
-        let (mut plane, mut space) = (Vec::new(), Vec::new());
-        let reserved = if used == 2 { plane.try_reserve(capacity) } else { space.try_reserve(capacity) };
-        if reserved.is_err() {
-            let bytes = (capacity as u64).saturating_mul(8 * used as u64);
-            return Err(InputError::OutOfMemory { path: path(), bytes });
+        if used > 3 && options.weights.is_some() {
+            return Err(WeightError::Dimension { path: path(), dimension: used }.into());
         }
-        let points = if used == 2 { Points::Plane(plane) } else { Points::Space(space) };
+        let capacity = usize::try_from(announced).unwrap_or(usize::MAX).min(bytes / least.max(1) + 1);
+        let points = empty(used, capacity).ok_or_else(|| {
+            let bytes = (capacity as u64).saturating_mul(8 * used as u64);
+            InputError::OutOfMemory { path: path(), bytes }
+        })?;
         Ok(Collector {
             source,
             points,
@@ -99,7 +124,7 @@ impl<'a> Collector<'a> {
         Collector { before, met: before, ..self }
     }
 
-    /// Returns the number of coordinates of each point: 2 or 3.
+    /// Returns the number of coordinates of each point: 2 to 6.
     pub fn dimension(&self) -> usize {
         self.points.dimension()
     }
@@ -148,6 +173,9 @@ impl<'a> Collector<'a> {
         match &mut self.points {
             Points::Plane(points) => points.push(DVec2::new(at[0] + 0.0, at[1] + 0.0)),
             Points::Space(points) => points.push(DVec3::new(at[0] + 0.0, at[1] + 0.0, at[2] + 0.0)),
+            Points::Higher(HigherPoints::Four(points)) => points.push(higher(at)),
+            Points::Higher(HigherPoints::Five(points)) => points.push(higher(at)),
+            Points::Higher(HigherPoints::Six(points)) => points.push(higher(at)),
         }
         if self.skipped > 0 {
             self.kept.push(self.met);
@@ -172,7 +200,7 @@ impl<'a> Collector<'a> {
         (words, weight): PointWords<'_, '_>,
         parse: impl Fn(&[u8]) -> Option<f64>,
     ) -> Result<(), InputError> {
-        let mut at = [0.0; 3];
+        let mut at = [0.0; MOST_COORDINATES];
         let dimension = self.dimension();
         let mut bad = None;
         for (found, slot) in at[..dimension].iter_mut().enumerate() {
@@ -228,6 +256,13 @@ impl<'a> Collector<'a> {
             return Err(self.source.truncated(place, "points", announced, self.met));
         }
         Ok(())
+    }
+
+    /// Returns `true` if there are several points, and all have the same last coordinate.
+    pub fn has_constant_end(&self) -> bool {
+        let rows = self.points.coordinates().chunks_exact(self.dimension());
+        let mut ends = rows.filter_map(|row| row.last());
+        ends.next().is_some_and(|first| self.len() > 1 && ends.all(|end| end == first))
     }
 
     /// Adds a note if the points have three coordinates, every z is 0, and the points are no terrain.

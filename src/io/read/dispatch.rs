@@ -4,6 +4,7 @@ use std::io::Read;
 use std::path::Path;
 
 use super::cells::{CellFile, CellOptions};
+use super::collect::MOST_COORDINATES;
 use super::error::{InputError, Place, WeightError};
 use super::formats::{by_content, described, of_content, of_file, raw, read_by_name, reader};
 use super::load::{self, Packing};
@@ -141,7 +142,7 @@ fn check_weights(path: &Path, format: Format, options: &ReadOptions) -> Result<(
 
 fn check_dimension(path: &Path, dimension: Option<usize>) -> Result<(), InputError> {
     match dimension {
-        None | Some(2 | 3) => Ok(()),
+        None | Some(2..=MOST_COORDINATES) => Ok(()),
         Some(found) => {
             let (path, found) = (path.to_owned(), found as u64);
             Err(InputError::UnsupportedDimension { path, place: Place::Whole, found })

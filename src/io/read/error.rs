@@ -234,15 +234,30 @@ pub enum InputError {
         path: PathBuf,
         /// The row.
         place: Place,
-        /// The expected number of coordinates: 2 or 3.
+        /// The expected number of coordinates: 2 to 6.
         expected: usize,
         /// The number of coordinates in the row.
         found: usize,
         /// The zero-based index in the file of the point, if the error concerns a row of points.
         row: Option<u64>,
     },
-    /// The dimension is neither 2 nor 3.
-    #[error("{}{place}: dimension {found} is neither 2 nor 3", shown(.path))]
+    /// An array of points has a constant last column, like homogeneous coordinates.
+    #[error(
+        "{}{place}: the last column of an array of shape ({rows}, {columns}) is constant (homogeneous coordinates?)",
+        shown(.path)
+    )]
+    Homogeneous {
+        /// The file.
+        path: PathBuf,
+        /// The first row.
+        place: Place,
+        /// The number of rows.
+        rows: u64,
+        /// The number of columns.
+        columns: usize,
+    },
+    /// The dimension is not supported.
+    #[error("{}{place}: dimension {found} is not supported (supported: 2 to 6)", shown(.path))]
     UnsupportedDimension {
         /// The file.
         path: PathBuf,
@@ -315,6 +330,11 @@ impl InputError {
             Self::NotFinite { .. } => Remedy::of("correct it, or drop such points with {skip-invalid}"),
             Self::Truncated { .. } => Remedy::of("the file is incomplete or its count is wrong"),
             Self::Count { .. } => Remedy::of("correct the count in the header"),
+            Self::Homogeneous { columns, .. } => {
+                Remedy::of("save only the columns of the coordinates, or state ")
+                    .set("dimension", columns)
+                    .then(" if it is a coordinate")
+            }
             Self::MixedDimension { .. } => {
                 Remedy::of("give every row the same number, or choose it with {dimension}")
             }
@@ -351,6 +371,7 @@ impl InputError {
             | Self::Truncated { path, .. }
             | Self::Count { path, .. }
             | Self::MixedDimension { path, .. }
+            | Self::Homogeneous { path, .. }
             | Self::UnsupportedDimension { path, .. }
             | Self::OutOfRangeIndex { path, .. }
             | Self::Pieces { path, .. }
@@ -418,6 +439,7 @@ impl InputError {
             | Self::Truncated { place, .. }
             | Self::Count { place, .. }
             | Self::MixedDimension { place, .. }
+            | Self::Homogeneous { place, .. }
             | Self::UnsupportedDimension { place, .. }
             | Self::OutOfRangeIndex { place, .. } => *place,
             Self::Weights(error) => error.place(),

@@ -132,6 +132,9 @@ impl Head {
         options: &ReadOptions,
         size: (u64, usize, usize),
     ) -> Result<Collector<'a>, InputError> {
+        // The named columns are the coordinates, whatever their number.
+        let chosen = (self.found > 3 && !self.selection.is_positional()).then_some(self.found);
+        let options = &ReadOptions { dimension: options.dimension.or(chosen), ..options.clone() };
         Collector::new(source, options, (Place::Line(self.line), self.found), size)
             .map_err(|error| error.in_row(0))
     }

@@ -16,6 +16,7 @@
 //! **Row names.** A header that is one name short in every row, as R writes it, belongs to the columns after the first.
 
 use super::axes;
+use super::collect::MOST_COORDINATES;
 use super::error::{InputError, Place, WeightError};
 use super::ids;
 use super::points::{Column, ReadOptions};
@@ -256,8 +257,10 @@ struct Chooser<'a> {
 impl Chooser<'_> {
     /// Returns the columns that the options select by name or number.
     fn wanted(&self, wanted: &[String]) -> Result<Vec<usize>, InputError> {
-        if !(2..=3).contains(&wanted.len()) || self.options.dimension.is_some_and(|d| d != wanted.len()) {
-            let expected = self.options.dimension.map_or("two or three".to_owned(), |d| d.to_string());
+        if !(2..=MOST_COORDINATES).contains(&wanted.len())
+            || self.options.dimension.is_some_and(|d| d != wanted.len())
+        {
+            let expected = self.options.dimension.map_or("two to six".to_owned(), |d| d.to_string());
             let columns = if wanted.len() == 1 { "column" } else { "columns" };
             let problem = format!("{} {columns} instead of {expected}", wanted.len());
             return Err(self.error(problem));
@@ -322,6 +325,9 @@ impl Chooser<'_> {
     fn named(&self, header: &Header) -> Result<(Vec<usize>, String), InputError> {
         let line = header.line;
         let dimension = self.options.dimension;
+        if let Some(dimension) = dimension.filter(|&d| d > 3) {
+            return self.all_named(header, dimension);
+        }
         let axes = if self.options.terrain { header.axes_of_terrain() } else { header.axes() };
         if let Some(mut axes) = axes.clone().filter(|axes| dimension.is_none_or(|d| d <= axes.len())) {
             axes.truncate(dimension.unwrap_or(3));
@@ -346,6 +352,16 @@ impl Chooser<'_> {
             None => "the header row does not name the columns x and y",
         };
         Err(self.error(problem.to_owned()))
+    }
+
+    /// Returns all columns besides the weights as the coordinates of a dimension above 3, in which no names are usual.
+    fn all_named(&self, header: &Header, dimension: usize) -> Result<(Vec<usize>, String), InputError> {
+        let axes: Vec<usize> = (0..header.names.len()).filter(|i| self.weight != Some(*i)).collect();
+        if axes.len() != dimension {
+            return Err(self.error(format!("{} columns for {dimension} coordinates", axes.len())));
+        }
+        let (line, taken) = (header.line, list(header, &axes));
+        Ok((axes, format!("line {line} is taken as a header row: coordinates are {taken}")))
     }
 
     /// Returns the first columns, which have no names.

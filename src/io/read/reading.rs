@@ -1,7 +1,7 @@
 //! The record of a reading: the rows, the columns, and the other lines of a file.
 
 use glam::{DVec2, DVec3};
-use septet_core::model::Points;
+use septet_core::model::{HigherPoints, Points};
 
 use super::text::Line;
 
@@ -91,6 +91,9 @@ impl Extent {
         match points {
             Points::Plane(points) => Extent::of_rows(points.iter().map(DVec2::to_array)),
             Points::Space(points) => Extent::of_rows(points.iter().map(DVec3::to_array)),
+            Points::Higher(HigherPoints::Four(points)) => Extent::of_rows(points.iter().map(|p| p.0)),
+            Points::Higher(HigherPoints::Five(points)) => Extent::of_rows(points.iter().map(|p| p.0)),
+            Points::Higher(HigherPoints::Six(points)) => Extent::of_rows(points.iter().map(|p| p.0)),
         }
     }
 

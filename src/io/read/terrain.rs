@@ -48,7 +48,8 @@ pub(super) fn plane_and_heights(points: Points) -> (Points, Vec<f64>) {
             let heights = points.iter().map(|point| point.z).collect();
             (Points::Plane(points.into_iter().map(DVec3::truncate).collect()), heights)
         }
-        // The readers return points in space.
+        // The readers return points in space: a terrain is read as such.
+        Points::Higher(points) => (Points::Higher(points), Vec::new()),
         Points::Plane(points) => {
             let heights = vec![0.0; points.len()];
             (Points::Plane(points), heights)

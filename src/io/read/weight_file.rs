@@ -82,6 +82,8 @@ fn keep(file: &mut PointFile, is_kept: &[bool]) {
     match &mut file.points {
         Points::Plane(points) => retain::<DVec2>(points, is_kept),
         Points::Space(points) => retain::<DVec3>(points, is_kept),
+        // Points of a higher dimension have no weights.
+        Points::Higher(_) => return,
     }
     let index = file.source_index.get_or_insert_with(|| (0..before as u64).collect());
     retain(index, is_kept);

@@ -66,6 +66,16 @@ pub enum OutputError {
         /// The path.
         path: PathBuf,
     },
+    /// The format has no place for the dimension.
+    #[error("{}: .{format} files hold points and cells of dimensions 2 and 3, but the points have {dimension} coordinates", .path.display())]
+    OnlySpace {
+        /// The path.
+        path: PathBuf,
+        /// The format.
+        format: &'static str,
+        /// Number of coordinates of a point.
+        dimension: usize,
+    },
     /// The directory of the file does not exist or is not a directory.
     #[error("{}: the directory {} does not exist", .path.display(), .directory.display())]
     MissingDirectory {
@@ -143,7 +153,8 @@ impl OutputError {
             | OutputError::Compressed { .. }
             | OutputError::NotText { .. }
             | OutputError::NoPieces { .. }
-            | OutputError::OnlyPlane { .. } => exit_code::USAGE,
+            | OutputError::OnlyPlane { .. }
+            | OutputError::OnlySpace { .. } => exit_code::USAGE,
             OutputError::TooLarge { .. } => exit_code::LIMIT,
             _ => exit_code::FAILED,
         }
@@ -160,6 +171,7 @@ impl OutputError {
             OutputError::Compressed { .. } => "omit .gz",
             OutputError::NotText { .. } => "choose another name",
             OutputError::NoPieces { .. } | OutputError::TooLarge { .. } => "write .vtu",
+            OutputError::OnlySpace { .. } => "write .npy",
             OutputError::OnlyPlane { .. } => "write .vtu for ParaView; {dimension=2} takes x and y of points",
             OutputError::MissingDirectory { .. } => "create the directory, or choose another",
             OutputError::IsDirectory { .. } => "give the name of a file in it",

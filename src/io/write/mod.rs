@@ -69,12 +69,13 @@ pub fn check_output(path: &Path, options: &WriteOptions<'_>) -> Result<Format, O
 /// Checks that a triangulation of this dimension can be written under this path, before it is made.
 ///
 /// # Errors
-/// Returns an [`OutputError`] if the format holds only triangulations in the plane.
+/// Returns an [`OutputError`] if the format holds only triangulations in the plane, or none above three dimensions.
 pub fn check_dimension(path: &Path, options: &WriteOptions<'_>, dimension: usize) -> Result<(), OutputError> {
-    if options.format_of(path)?.row().is_plane && dimension != 2 {
+    let format = options.format_of(path)?;
+    if format.row().is_plane && dimension != 2 {
         return Err(OutputError::OnlyPlane { path: path.to_owned() });
     }
-    Ok(())
+    formats::check_dimension(format, path, dimension)
 }
 
 /// Checks that a text file can be written under this path, before any other work.
@@ -113,6 +114,7 @@ pub fn write(
     options: &WriteOptions<'_>,
     progress: &mut dyn FnMut(u64, u64),
 ) -> Result<Vec<PathBuf>, OutputError> {
+    check_dimension(path, options, mesh.dimension)?;
     check_mesh(mesh, options)?;
     let mut staged = Staged::default();
     output::add(&mut staged, path, mesh, options, progress)?;
@@ -132,6 +134,7 @@ pub fn write_to(
 ) -> Result<(), OutputError> {
     let path = Path::new("-");
     let format = options.format_of(path)?;
+    formats::check_dimension(format, path, mesh.dimension)?;
     let writer = writer(format);
     let Some(Body::One(write)) = writer.mesh else { return Err(OutputError::NotOneFile) };
     check_mesh(mesh, options)?;
@@ -147,8 +150,8 @@ fn check_mesh(mesh: &MeshView<'_>, options: &WriteOptions<'_>) -> Result<(), Out
     check_first_id(options.first_id)?;
     let invalid = |reason: String| Err(OutputError::InvalidMesh { reason });
     let (dimension, length) = (mesh.dimension, mesh.coordinates.len());
-    if !(2..=3).contains(&dimension) {
-        return invalid(format!("dimension {dimension} is neither 2 nor 3"));
+    if !(2..=6).contains(&dimension) {
+        return invalid(format!("dimension {dimension} is not between 2 and 6"));
     }
     if !length.is_multiple_of(dimension) {
         return invalid(format!("{length} coordinates do not form whole points"));

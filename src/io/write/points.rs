@@ -4,7 +4,7 @@ use std::io::Write;
 use std::path::{Path, PathBuf};
 
 use super::error::{OutputError, WriteFault};
-use super::formats::{WritePoints, writer};
+use super::formats::{WritePoints, check_dimension, writer};
 use super::options::{WriteOptions, check_first_id};
 use super::records::WriteProgress;
 use super::stage::{self, Stage};
@@ -77,6 +77,7 @@ fn prepare<'a>(
 ) -> Result<(WritePoints, WriteProgress<'a>), OutputError> {
     let writer = writer(format);
     let write = writer.points.ok_or_else(|| OutputError::unknown(path, Role::PointSet))?;
+    check_dimension(format, path, points.dimension())?;
     Ok((write, WriteProgress::new(writer.records_per_point * points.len() as u64, progress)))
 }
 

@@ -17,8 +17,8 @@ pub const OUTSIDE: u64 = u64::MAX;
 /// A reason why cells do not form a mesh.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 pub enum TopologyError {
-    /// The dimension is neither 2 nor 3.
-    #[error("dimension {dimension} is neither 2 nor 3")]
+    /// The dimension is not between 2 and 6, or facets are requested above 3.
+    #[error("dimension {dimension} is not supported")]
     Dimension {
         /// The dimension.
         dimension: usize,
@@ -137,7 +137,7 @@ pub(super) fn check_periodic_cells(
 }
 
 fn check(dimension: usize, point_count: usize, cells: &[u64], may_repeat: bool) -> Result<(), TopologyError> {
-    if !(2..=3).contains(&dimension) {
+    if !(2..=6).contains(&dimension) {
         return Err(TopologyError::Dimension { dimension });
     }
     if !cells.len().is_multiple_of(dimension + 1) {
@@ -188,6 +188,9 @@ fn facets(
     cells: &[u64],
     with_neighbours: bool,
 ) -> Result<Adjacency, TopologyError> {
+    if dimension > 3 {
+        return Err(TopologyError::Dimension { dimension });
+    }
     check_cells(dimension, point_count, cells)?;
     if u32::try_from(cells.len()).is_ok() {
         facets_with::<u32>(dimension, point_count, cells, with_neighbours)

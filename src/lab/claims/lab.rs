@@ -7,12 +7,12 @@ use std::sync::Arc;
 use std::sync::atomic::AtomicBool;
 
 use septet_core::generate::{Generated, Request, Spacing, generate};
-use septet_core::model::Points;
+use septet_core::model::{HigherPoints, Points};
 use septet_core::result::view::MOST_POINTS;
 use septet_core::spec::{
-    Alpha, Correction, DEFAULT_ALPHA, Fault, Graph, Spec, Until, Workers, alpha_of_spacing,
+    Alpha, Correction, DEFAULT_ALPHA, Fault, Graph, Spec, SpecError, Until, Workers, alpha_of_spacing,
 };
-use septet_core::{Outcome, count, independent, simulate};
+use septet_core::{Error, Outcome, count, independent, simulate};
 use septet_geometry::point::{Point, Position};
 use septet_geometry::site::Weighted;
 
@@ -201,6 +201,7 @@ impl<'a> Lab<'a> {
         Ok(match &set.points {
             Points::Plane(points) => simulate(points, &spec)?,
             Points::Space(points) => simulate(points, &spec)?,
+            Points::Higher(points) => return Err(not_in_space(points)),
         })
     }
 
@@ -217,6 +218,7 @@ impl<'a> Lab<'a> {
         Ok(match &set.points {
             Points::Plane(points) => simulate(&with_weights(points, weights), &spec)?,
             Points::Space(points) => simulate(&with_weights(points, weights), &spec)?,
+            Points::Higher(points) => return Err(not_in_space(points)),
         })
     }
 
@@ -234,6 +236,7 @@ impl<'a> Lab<'a> {
         Ok(match &set.points {
             Points::Plane(points) => simulate(&with_centre(points), &spec)?,
             Points::Space(points) => simulate(&with_centre(points), &spec)?,
+            Points::Higher(points) => return Err(not_in_space(points)),
         })
     }
 
@@ -252,6 +255,7 @@ impl<'a> Lab<'a> {
         Ok(match &set.points {
             Points::Plane(points) => independent(points, &sizes, 0, &spec)?,
             Points::Space(points) => independent(points, &sizes, 0, &spec)?,
+            Points::Higher(points) => return Err(not_in_space(points)),
         })
     }
 
@@ -284,6 +288,7 @@ impl<'a> Lab<'a> {
         let points = match &set.points {
             Points::Plane(points) => Points::Plane([&points[..], &points[..repeats]].concat()),
             Points::Space(points) => Points::Space([&points[..], &points[..repeats]].concat()),
+            Points::Higher(points) => return Err(not_in_space(points)),
         };
         counts_of(&points, Some(Until::Graph), &spec)
     }
@@ -367,6 +372,7 @@ fn counts_of(points: &Points, until: Option<Until>, spec: &Spec) -> Result<Outco
     Ok(match points {
         Points::Plane(points) => count(points, until, spec)?,
         Points::Space(points) => count(points, until, spec)?,
+        Points::Higher(points) => return Err(not_in_space(points)),
     })
 }
 
@@ -374,5 +380,13 @@ fn coordinates(points: &Points) -> Vec<X> {
     match points {
         Points::Plane(points) => points.iter().map(|p| [p.x, p.y, 0.0]).collect(),
         Points::Space(points) => points.iter().map(|p| [p.x, p.y, p.z]).collect(),
+        // No claim is about these points.
+        Points::Higher(_) => Vec::new(),
     }
+}
+
+/// Returns the error for points of a dimension that no claim is about.
+fn not_in_space(points: &HigherPoints) -> ClaimError {
+    let dimension = points.slice().dimension();
+    Error::from(SpecError::OnlySpace { what: "claims", dimension }).into()
 }

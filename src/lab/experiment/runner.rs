@@ -9,7 +9,7 @@ use septet_geometry::point::Point;
 
 use septet_core::generate::{GenerateError, Generated, Request, generate};
 use septet_core::model::Points;
-use septet_core::spec::{Spec, Until};
+use septet_core::spec::{Spec, SpecError, Until};
 use septet_core::{Ending, Remedy, count, triangulate};
 use septet_protocol::ids::ByGroup;
 
@@ -75,6 +75,14 @@ impl Runner {
         let line = match &set.points {
             Points::Plane(points) => made(points, (job.program, sweep.until), &spec)?,
             Points::Space(points) => made(points, (job.program, sweep.until), &spec)?,
+            Points::Higher(points) => {
+                let dimension = points.slice().dimension();
+                return Err(septet_core::Error::from(SpecError::OnlySpace {
+                    what: "experiments",
+                    dimension,
+                })
+                .into());
+            }
         };
         Ok(Line {
             sweep: sweep.words(),

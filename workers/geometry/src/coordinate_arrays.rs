@@ -22,6 +22,8 @@ pub(crate) const LANES: usize = 8;
 #[derive(Clone, Debug)]
 pub struct CoordinateArrays<P> {
     axes: [Vec<f64>; 3],
+    /// The axes from the fourth on.
+    further: Vec<Vec<f64>>,
     marker: PhantomData<P>,
 }
 
@@ -65,10 +67,9 @@ impl<P: Point> CoordinateArrays<P> {
     /// Copies the coordinates of some points, in their order.
     #[expect(clippy::needless_pass_by_value, reason = "iterators are small, and cloned")]
     pub fn of(points: impl Iterator<Item = P> + Clone) -> Self {
-        let axes = std::array::from_fn(|axis| {
-            if axis < P::DIM { points.clone().map(|x| x.coord(axis)).collect() } else { Vec::new() }
-        });
-        CoordinateArrays { axes, marker: PhantomData }
+        let column = |axis: usize| -> Vec<f64> { points.clone().map(|x| x.coord(axis)).collect() };
+        let axes = std::array::from_fn(|axis| if axis < P::DIM { column(axis) } else { Vec::new() });
+        CoordinateArrays { axes, further: (3..P::DIM).map(column).collect(), marker: PhantomData }
     }
 
     /// Returns the number of points.
@@ -128,6 +129,9 @@ impl<P: Point> CoordinateArrays<P> {
         mut limit2: f64,
         mut near: impl FnMut(usize, &[f64; LANES], f64) -> f64,
     ) {
+        if P::DIM > 3 {
+            return self.each_block_of_many_axes(range, centre, limit2, near);
+        }
         let [x, y, z] = &self.axes;
         let z = if P::DIM == 2 { y } else { z };
         let (x, x_rest) = x[range.clone()].as_chunks::<LANES>();
@@ -154,6 +158,39 @@ impl<P: Point> CoordinateArrays<P> {
         if distances2.iter().fold(false, |any, &d2| any | (d2 <= limit2)) {
             near(first, &distances2, limit2);
         }
+    }
+}
+
+impl<P: Point> CoordinateArrays<P> {
+    /// As [`CoordinateArrays::each_block`], above three dimensions.
+    #[inline(always)]
+    fn each_block_of_many_axes(
+        &self,
+        range: Range<usize>,
+        centre: P,
+        mut limit2: f64,
+        mut near: impl FnMut(usize, &[f64; LANES], f64) -> f64,
+    ) {
+        for first in (0..range.len()).step_by(LANES) {
+            let lanes = LANES.min(range.len() - first);
+            let mut distances2 = [0.0; LANES];
+            for (axis, column) in self.axes.iter().chain(&self.further).enumerate() {
+                let column = &column[range.start + first..][..lanes];
+                add_squares(&mut distances2, column, centre.coord(axis));
+            }
+            distances2[lanes..].fill(f64::NAN);
+            if distances2.iter().fold(false, |any, &d2| any | (d2 <= limit2)) {
+                limit2 = near(first, &distances2, limit2);
+            }
+        }
+    }
+}
+
+/// Adds the squares of the differences along one axis. The first square is added to 0, which does not round.
+#[inline(always)]
+pub(crate) fn add_squares(distances2: &mut [f64; LANES], column: &[f64], at: f64) {
+    for (d2, x) in distances2.iter_mut().zip(column) {
+        *d2 += (x - at) * (x - at);
     }
 }
 

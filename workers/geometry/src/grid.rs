@@ -19,7 +19,7 @@
 use crate::cost::Cost;
 use crate::graph::Supergraph;
 use crate::lists::Lists;
-use crate::point::{Point, dist2};
+use crate::point::{Array, Point, dist2};
 
 /// A member in the layout of the search.
 #[derive(Clone, Copy)]
@@ -30,12 +30,12 @@ struct Member<P> {
 }
 
 /// A box divided into equal cells.
-struct Grid<P> {
+struct Grid<P: Point> {
     low: P,
     /// Number of cells along each axis: a power of two; 1 for an axis beyond the dimension.
-    cells: [usize; 3],
+    cells: P::Axes<usize>,
     /// Number of cells for each unit of length.
-    scale: [f64; 3],
+    scale: P::Axes<f64>,
 }
 
 impl<P: Point> Grid<P> {
@@ -49,39 +49,42 @@ impl<P: Point> Grid<P> {
             }
             (low, high)
         });
-        let mut side = [0.0; 3];
+        let mut sides = P::Axes::from_fn(|_| 0.0);
+        let side = sides.as_mut();
         for (i, side) in side.iter_mut().enumerate().take(P::DIM) {
             *side = (high.coord(i) - low.coord(i)).max(0.0);
         }
-        let (extent, mut cells, mut all) = (side, [1; 3], 1);
+        let (extents, mut all_cells, mut all) = (sides.clone(), P::Axes::from_fn(|_| 1), 1);
+        let (side, extent, cells) = (sides.as_mut(), extents.as_ref(), all_cells.as_mut());
         while all < members.len() {
-            let longest = (1..3).fold(0, |best, i| if side[i] > side[best] { i } else { best });
+            let longest = (1..side.len()).fold(0, |best, i| if side[i] > side[best] { i } else { best });
             cells[longest] *= 2;
             side[longest] *= 0.5;
             all *= 2;
         }
-        let mut scale = [0.0; 3];
-        for i in 0..3 {
+        let mut scales = P::Axes::from_fn(|_| 0.0);
+        let scale = scales.as_mut();
+        for i in 0..extent.len() {
             if extent[i] > 0.0 {
                 scale[i] = cells[i] as f64 / extent[i];
             }
         }
-        Grid { low, cells, scale }
+        Grid { low, cells: all_cells, scale: scales }
     }
 
     /// Returns the index, along one axis, of the cell that contains the coordinate `x`. A coordinate outside the box
     /// gets the nearest cell. The index is monotone in `x`.
     #[inline]
     fn along(&self, axis: usize, x: f64) -> usize {
-        (((x - self.low.coord(axis)) * self.scale[axis]) as usize).min(self.cells[axis] - 1)
+        (((x - self.low.coord(axis)) * self.scale.as_ref()[axis]) as usize).min(self.cells.as_ref()[axis] - 1)
     }
 
     fn cell(&self, x: P) -> usize {
-        (0..P::DIM).rev().fold(0, |at, i| at * self.cells[i] + self.along(i, x.coord(i)))
+        (0..P::DIM).rev().fold(0, |at, i| at * self.cells.as_ref()[i] + self.along(i, x.coord(i)))
     }
 
     fn len(&self) -> usize {
-        self.cells.iter().product()
+        self.cells.as_ref().iter().product()
     }
 
     /// Visits the cells that meet the box of half side `reach` around `x`, as runs `first..=last` along the first axis.
@@ -91,12 +94,26 @@ impl<P: Point> Grid<P> {
             let ends = [x.coord(i) - reach, x.coord(i) + reach];
             ends.map(|end| self.along(i, end))
         };
+        let cells = self.cells.as_ref();
         let [first, last] = range(0);
+        if P::DIM > 3 {
+            // An odometer over the other axes.
+            let ends = P::Axes::from_fn(|i| if i == 0 { [0, 0] } else { range(i) });
+            let (ends, mut at) = (ends.as_ref(), P::Axes::from_fn(|i| ends.as_ref()[i][0]));
+            let at = at.as_mut();
+            loop {
+                let row = (1..P::DIM).rev().fold(0, |row, i| row * cells[i] + at[i]) * cells[0];
+                f(row + first, row + last);
+                let Some(axis) = (1..P::DIM).find(|&i| at[i] < ends[i][1]) else { return };
+                at[axis] += 1;
+                at[1..axis].iter_mut().zip(&ends[1..axis]).for_each(|(at, end)| *at = end[0]);
+            }
+        }
         let [y, y_last] = range(1);
         let [z, z_last] = if P::DIM == 3 { range(2) } else { [0, 0] };
         for k in z..=z_last {
             for j in y..=y_last {
-                let row = (k * self.cells[1] + j) * self.cells[0];
+                let row = (k * cells[1] + j) * cells[0];
                 f(row + first, row + last);
             }
         }

@@ -18,29 +18,29 @@
 use std::marker::PhantomData;
 
 use crate::bounds::{Bounds, bounds, join_bounds};
-use crate::coordinate_arrays::{LANES, PairVisitor};
-use crate::point::Point;
+use crate::coordinate_arrays::{LANES, PairVisitor, add_squares};
+use crate::point::{Array, Point};
 use crate::selection::NeighbourList;
 use crate::simd::{Interval, Masks, each_bit, larger, widest};
 
 /// Points in blocks, as positions in a slice.
 #[derive(Clone, Debug)]
-pub struct KdBlocks<P> {
+pub struct KdBlocks<P: Point> {
     /// Number of points.
     len: usize,
     /// Position of each point in the slice, block after block. Zeros fill the last block.
     order: Vec<u32>,
     /// Coordinates in that order. NaN fills the last block and the blocks of the last group.
-    axes: [Vec<f64>; 3],
+    axes: P::Axes<Vec<f64>>,
     /// Bounding boxes of the blocks, in groups of eight.
-    boxes: Vec<Boxes>,
+    boxes: Vec<Boxes<P>>,
     /// Bounding boxes of the groups, again in groups of eight.
-    groups: Vec<Boxes>,
+    groups: Vec<Boxes<P>>,
     marker: PhantomData<P>,
 }
 
 /// Minimum and maximum coordinates of eight boxes; infinite for unused boxes.
-type Boxes = [[f64; LANES]; 6];
+type Boxes<P> = [<P as Point>::Axes<[f64; LANES]>; 2];
 
 impl<P: Point> KdBlocks<P> {
     /// Divides points into blocks.
@@ -48,7 +48,7 @@ impl<P: Point> KdBlocks<P> {
         let mut order: Vec<u32> = (0..points.len() as u32).collect();
         divide(points, &mut order, &mut Vec::new());
         let groups = order.len().div_ceil(LANES * LANES);
-        let axes = std::array::from_fn(|axis| {
+        let axes = P::Axes::from_fn(|axis| {
             if axis >= P::DIM {
                 return Vec::new();
             }
@@ -89,11 +89,13 @@ impl<P: Point> KdBlocks<P> {
             || {
                 for row in 0..self.len() {
                     let mut limit = Some(visitor.begin(row));
-                    let at = [0, 1, 2].map(|axis| if axis < P::DIM { self.axes[axis][row] } else { 0.0 });
+                    let of_axis =
+                        |axis: usize| if axis < P::DIM { self.axes.as_ref()[axis][row] } else { 0.0 };
+                    let at = P::Axes::from_fn(of_axis);
                     while let Some(limit2) = limit {
                         self.each_block(
                             masks,
-                            at,
+                            &at,
                             limit2,
                             #[inline(always)]
                             |first, distances2, limit2| visitor.visit_lanes(first, distances2, limit2),
@@ -109,14 +111,14 @@ impl<P: Point> KdBlocks<P> {
     /// Appends the points no farther than the limit, except those at `centre`. The position of a point in the list is
     /// its position in the slice plus `start`.
     pub(crate) fn find_within(&self, centre: P, limit2: f64, start: u32, found: &mut NeighbourList) {
-        let at = [0, 1, 2].map(|axis| if axis < P::DIM { centre.coord(axis) } else { 0.0 });
+        let at = P::Axes::from_fn(|axis| if axis < P::DIM { centre.coord(axis) } else { 0.0 });
         let masks = Masks::default();
         widest(
             #[inline(always)]
             || {
                 self.each_block(
                     masks,
-                    at,
+                    &at,
                     limit2,
                     #[inline(always)]
                     |first, distances2, limit2| {
@@ -134,36 +136,53 @@ impl<P: Point> KdBlocks<P> {
         );
     }
 
+    /// Computes the squared distances of a block above three dimensions.
+    #[inline(always)]
+    fn distances2(&self, block: usize, at: &[f64]) -> [f64; LANES] {
+        let mut distances2 = [0.0; LANES];
+        for (column, &at) in self.axes.as_ref().iter().zip(at) {
+            add_squares(&mut distances2, &column[block * LANES..][..LANES], at);
+        }
+        distances2
+    }
+
     /// Calls `near` for each block with a point within the limit. The arguments are the position of the block's first
     /// point in the order and the eight squared distances. Each call returns the limit for the following blocks.
     #[inline(always)]
     fn each_block(
         &self,
         masks: Masks,
-        at: [f64; 3],
+        at: &P::Axes<f64>,
         mut limit2: f64,
         mut near: impl FnMut(usize, &[f64; LANES], f64) -> f64,
     ) {
-        let (x, _) = self.axes[0].as_chunks::<LANES>();
-        let (y, _) = self.axes[1].as_chunks::<LANES>();
-        let (z, _) = self.axes[P::DIM - 1].as_chunks::<LANES>();
+        let axes = self.axes.as_ref();
+        let (x, _) = axes[0].as_chunks::<LANES>();
+        let (y, _) = axes[1].as_chunks::<LANES>();
+        let (z, _) = axes[P::DIM - 1].as_chunks::<LANES>();
+        let coordinates = at;
+        let at = at.as_ref();
         for (many, sides) in self.groups.iter().enumerate() {
-            for group in each_bit(u64::from(within::<P>(masks, sides, at, limit2))) {
+            for group in each_bit(u64::from(within::<P>(masks, sides, coordinates, limit2))) {
                 let group = many * LANES + group;
                 // An infinite limit also selects unused groups.
                 let Some(boxes) = self.boxes.get(group) else { continue };
-                for block in each_bit(u64::from(within::<P>(masks, boxes, at, limit2))) {
+                for block in each_bit(u64::from(within::<P>(masks, boxes, coordinates, limit2))) {
                     let block = group * LANES + block;
                     let (x, y, z) = (&x[block], &y[block], &z[block]);
-                    let distances2: [f64; LANES] = std::array::from_fn(|i| {
-                        let (x, y) = (x[i] - at[0], y[i] - at[1]);
-                        if P::DIM == 2 {
-                            x * x + y * y
-                        } else {
-                            let z = z[i] - at[2];
-                            x * x + y * y + z * z
-                        }
-                    });
+                    let distances2: [f64; LANES] = if P::DIM > 3 {
+                        self.distances2(block, at)
+                    } else {
+                        std::array::from_fn(|i| {
+                            let (x, y) = (x[i] - at[0], y[i] - at[1]);
+                            if P::DIM == 2 {
+                                x * x + y * y
+                            } else {
+                                let z = z[i] - at[2];
+                                x * x + y * y + z * z
+                            }
+                        })
+                    };
                     if distances2.iter().fold(false, |any, &d2| any | (d2 <= limit2)) {
                         limit2 = near(block * LANES, &distances2, limit2);
                     }
@@ -174,13 +193,14 @@ impl<P: Point> KdBlocks<P> {
 }
 
 /// Arranges bounding boxes in groups of eight.
-fn boxes_of<P: Point>(all: &[Bounds<P>]) -> Vec<Boxes> {
-    let mut boxes = vec![[[f64::INFINITY; LANES]; 6]; all.len().div_ceil(LANES)];
+fn boxes_of<P: Point>(all: &[Bounds<P>]) -> Vec<Boxes<P>> {
+    let unused = [0, 1].map(|_| P::Axes::from_fn(|_| [f64::INFINITY; LANES]));
+    let mut boxes: Vec<Boxes<P>> = vec![unused; all.len().div_ceil(LANES)];
     for (number, (low, high)) in all.iter().enumerate() {
-        let sides = &mut boxes[number / LANES];
+        let [lows, highs] = &mut boxes[number / LANES];
         for axis in 0..P::DIM {
-            sides[axis][number % LANES] = low.coord(axis);
-            sides[3 + axis][number % LANES] = high.coord(axis);
+            lows.as_mut()[axis][number % LANES] = low.coord(axis);
+            highs.as_mut()[axis][number % LANES] = high.coord(axis);
         }
     }
     boxes
@@ -188,9 +208,13 @@ fn boxes_of<P: Point>(all: &[Bounds<P>]) -> Vec<Boxes> {
 
 /// Returns the boxes within the limit as a bit mask.
 #[inline(always)]
-fn within<P: Point>(masks: Masks, sides: &Boxes, at: [f64; 3], limit2: f64) -> u32 {
+fn within<P: Point>(masks: Masks, sides: &Boxes<P>, at: &P::Axes<f64>, limit2: f64) -> u32 {
+    let (at, [lows, highs]) = (at.as_ref(), sides.each_ref().map(AsRef::as_ref));
     let gaps2: [f64; LANES] = std::array::from_fn(|i| {
-        let gap = |axis: usize| larger(larger(sides[axis][i] - at[axis], at[axis] - sides[3 + axis][i]), 0.0);
+        let gap = |axis: usize| larger(larger(lows[axis][i] - at[axis], at[axis] - highs[axis][i]), 0.0);
+        if P::DIM > 3 {
+            return (1..P::DIM).fold(gap(0) * gap(0), |sum, axis| sum + gap(axis) * gap(axis));
+        }
         let (x, y) = (gap(0), gap(1));
         if P::DIM == 2 { x * x + y * y } else { x * x + y * y + gap(2) * gap(2) }
     });

@@ -1,11 +1,12 @@
 //! septet-geometry: the mathematics of the parallel Delaunay algorithm.
 //!
 //! The crate has no input or output, no threads, no clock and no unordered maps. Every algorithm is written once over
-//! the trait [`point::Point`], which is implemented for the plane ([`glam::DVec2`]) and for space ([`glam::DVec3`]).
+//! the trait [`point::Point`], which is implemented for the plane ([`glam::DVec2`]), for space ([`glam::DVec3`]) and for
+//! dimensions 4 to 6 ([`higher::VecN`]).
 //!
 //! | purpose | modules |
 //! | --- | --- |
-//! | points, boxes and measures | [`point`], [`site`], [`coordinates`], [`bounds`], [`measure`], [`lists`] |
+//! | points, boxes and measures | [`point`], [`site`], [`higher`], [`coordinates`], [`bounds`], [`measure`], [`lists`] |
 //! | exact signs | [`range`], [`filter`], [`predicates`] |
 //! | work and depth of the counted machine | [`cost`] |
 //! | rules that ranks evaluate at items | [`evaluation`] |
@@ -38,6 +39,7 @@ pub mod filter;
 pub mod graph;
 pub mod grid;
 pub mod hash;
+pub mod higher;
 pub mod hull;
 pub mod incremental;
 pub mod kd_blocks;

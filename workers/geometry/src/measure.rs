@@ -6,16 +6,13 @@
 
 #![expect(clippy::inline_always, reason = "functions that are not inlined do not use the widest registers")]
 
-use crate::point::{Point, dist2};
+use crate::point::{Array, Point, dist2};
 use crate::simd::widest;
 
 /// Computes the squared circumradius of a cell of `DIM + 1` points, which is infinite for a flat cell.
 pub fn circumradius2<P: Point>(cell: &[P]) -> f64 {
-    let mut rel = [P::default(); 3];
-    for i in 0..P::DIM {
-        rel[i] = cell[i + 1] - cell[0];
-    }
-    let (w, v) = P::sphere_plane(&rel[..P::DIM]);
+    let rel = vectors(cell);
+    let (w, v) = P::sphere_plane(&rel.as_ref()[..P::DIM]);
     // The circumcentre relative to the first point is v / (2 w).
     let r = (v / (2.0 * w)).norm2();
     if r.is_nan() { f64::INFINITY } else { r }
@@ -33,6 +30,12 @@ pub fn conflict_reach2<P: Point>(cell: &[P], heaviest: f64) -> f64 {
     }
     let reach = centre2.sqrt() + (centre2 + heaviest - cell[0].weight()).max(0.0).sqrt();
     reach * reach
+}
+
+/// Returns the vectors from the first corner of a cell to the others.
+#[inline(always)]
+fn vectors<P: Point>(cell: &[P]) -> P::Axes<P> {
+    P::Axes::from_fn(|i| if i < P::DIM { cell[i + 1] - cell[0] } else { P::default() })
 }
 
 /// Number of cells that are measured together. Few stars have more.
@@ -61,6 +64,13 @@ impl Diameters {
         length: f64,
     ) -> bool {
         let at = table[centre as usize];
+        if P::DIM > 3 {
+            return link.iter().all(|facet| {
+                let corner =
+                    |i: usize| i.checked_sub(1).map_or(at, |slot| table[facet.as_ref()[slot] as usize]);
+                4.0 * circumradius2(P::Corners::from_fn(corner).as_ref()) <= length * length
+            });
+        }
         link.chunks(TOGETHER).all(|facets| {
             widest(
                 #[inline(always)]
@@ -96,11 +106,8 @@ impl Diameters {
 
 /// Computes the circumcentre of a cell of `DIM + 1` points, which is not finite for a flat cell.
 pub fn circumcentre<P: Point>(cell: &[P]) -> P {
-    let mut rel = [P::default(); 3];
-    for i in 0..P::DIM {
-        rel[i] = cell[i + 1] - cell[0];
-    }
-    let (w, v) = P::sphere_plane(&rel[..P::DIM]);
+    let rel = vectors(cell);
+    let (w, v) = P::sphere_plane(&rel.as_ref()[..P::DIM]);
     cell[0] + v / (2.0 * w)
 }
 

@@ -1,7 +1,7 @@
 //! Points, their coordinates and the total order on them.
 //!
-//! A dimension is one implementation of [`Point`] (for [`DVec2`] and [`DVec3`]). Every algorithm of the project is
-//! written once, over this trait. A point with a weight ([`crate::site::Weighted`]) is also a [`Point`]: its position
+//! A dimension is one implementation of [`Point`] (for [`DVec2`], [`DVec3`] and [`crate::higher::VecN`]). Every
+//! algorithm of the project is written once, over this trait. A point with a weight ([`crate::site::Weighted`]) is also a [`Point`]: its position
 //! decides everything but conflicts. The lexicographic order of coordinates ([`lex_cmp`]) breaks ties of all kinds, so
 //! no result depends on the numbering of the input.
 
@@ -91,6 +91,19 @@ where
     }
 }
 
+/// An array of a fixed length: `[T; N]`.
+pub trait Array<T>: AsRef<[T]> + AsMut<[T]> {
+    /// Creates the array of the values of `f` at all positions.
+    fn from_fn(f: impl FnMut(usize) -> T) -> Self;
+}
+
+impl<T, const N: usize> Array<T> for [T; N] {
+    #[inline]
+    fn from_fn(f: impl FnMut(usize) -> T) -> Self {
+        std::array::from_fn(f)
+    }
+}
+
 pub(crate) mod sealed {
     /// Prevents implementations of the point traits outside this crate.
     pub trait Sealed {}
@@ -99,12 +112,13 @@ pub(crate) mod sealed {
 impl sealed::Sealed for DVec2 {}
 impl sealed::Sealed for DVec3 {}
 
-/// A point of the plane or of space, with or without a weight. Its implementations alone define the dimensions.
+/// A point of the plane, of space or of dimension 4 to 6, with or without a weight. Its implementations alone define the
+/// dimensions.
 ///
 /// Predicates take slices because their arity depends on the dimension: a *cell* has `DIM + 1` points. The determinants
 /// of this trait are rounded; [`crate::predicates`] computes their exact signs.
 pub trait Point: Vector + Pod + Default + sealed::Sealed {
-    /// The dimension: 2 or 3.
+    /// The dimension: 2 to 6.
     const DIM: usize;
     /// Whether points have weights.
     const IS_WEIGHTED: bool = false;
@@ -112,10 +126,16 @@ pub trait Point: Vector + Pod + Default + sealed::Sealed {
     type Lifted: Vector + Pod + Default;
     /// `[u32; DIM]`: a facet of a cell, or of the link of a vertex.
     type Facet: Simplex;
-    /// `[u32; DIM + 1]`: a cell (triangle or tetrahedron).
+    /// `[u32; DIM + 1]`: a cell (triangle, tetrahedron or simplex of a higher dimension).
     type Cell: Simplex;
     /// `[u64; DIM + 1]`: a cell by input indices, as a row of a file.
     type Row: Pod + Ord + Send + Sync + AsMut<[u64]> + AsRef<[u64]>;
+    /// The points of a cell: `[Self; DIM + 1]`, and 4 in the plane.
+    type Corners: Array<Self> + Copy;
+    /// A value for each axis: `[T; DIM]`, and 3 in the plane.
+    type Axes<T: Clone + Debug + Send + Sync>: Array<T> + Clone + Debug + Send + Sync;
+    /// The numbers that encode a separator: `[f64; 2 DIM + 3]`, and 9 in the plane.
+    type SeparatorWords: Array<f64> + Copy + Debug + PartialEq + Send + Sync;
 
     /// Computes the orientation determinant of `DIM + 1` points in rounded arithmetic. It is positive for
     /// counter-clockwise triangles and for tetrahedra with `((p1-p0) x (p2-p0)) . (p3-p0) > 0`.
@@ -166,6 +186,9 @@ impl Point for DVec2 {
     type Facet = [u32; 2];
     type Cell = [u32; 3];
     type Row = [u64; 3];
+    type Corners = [Self; 4];
+    type Axes<T: Clone + Debug + Send + Sync> = [T; 3];
+    type SeparatorWords = [f64; 9];
 
     #[expect(clippy::inline_always, reason = "see `filter`")]
     #[inline(always)]
@@ -213,6 +236,9 @@ impl Point for DVec3 {
     type Facet = [u32; 3];
     type Cell = [u32; 4];
     type Row = [u64; 4];
+    type Corners = [Self; 4];
+    type Axes<T: Clone + Debug + Send + Sync> = [T; 3];
+    type SeparatorWords = [f64; 9];
 
     #[expect(clippy::inline_always, reason = "see `filter`")]
     #[inline(always)]

@@ -254,6 +254,9 @@ impl<P: Position> Point for Weighted<P> {
     type Facet = P::Facet;
     type Cell = P::Cell;
     type Row = P::Row;
+    type Corners = [Self; 4];
+    type Axes<T: Clone + std::fmt::Debug + Send + Sync> = P::Axes<T>;
+    type SeparatorWords = P::SeparatorWords;
 
     #[expect(clippy::inline_always, reason = "see `filter`")]
     #[inline(always)]

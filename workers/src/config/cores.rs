@@ -101,6 +101,7 @@ pub fn sort_rows(numbers: &mut [u64], width: usize) {
         6 => numbers.as_chunks_mut::<6>().0.par_sort_unstable(),
         7 => numbers.as_chunks_mut::<7>().0.par_sort_unstable(),
         8 => numbers.as_chunks_mut::<8>().0.par_sort_unstable(),
+        9 => numbers.as_chunks_mut::<9>().0.par_sort_unstable(),
         _ => panic!("rows of {width} numbers"),
     }
 }

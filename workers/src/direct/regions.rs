@@ -18,7 +18,7 @@ use std::collections::BTreeMap;
 use std::ops::Range;
 
 use septet_geometry::point::Point;
-use septet_geometry::separator::{SEPARATOR_WORDS, Separator};
+use septet_geometry::separator::Separator;
 use septet_protocol::ids::{NodeId, Phase, Rank};
 use septet_protocol::message::{Body, Child, SplitBatch};
 use septet_protocol::transport::TransportError;
@@ -171,7 +171,7 @@ fn push_split<P: Point>(batch: &mut SplitBatch<P>, shared: &Shared<P>) {
     let [(a, b), (c, d)] = *shared.split().boxes();
     batch.nodes.push(shared.id().0);
     batch.interior.push(shared.children()[0].ranks);
-    batch.separators.extend_from_slice(&shared.split().separator().to_array());
+    batch.separators.extend_from_slice(shared.split().separator().to_array().as_ref());
     batch.boxes.extend_from_slice(&[a, b, c, d]);
 }
 
@@ -204,13 +204,12 @@ impl<P: Point> Region<P> {
 /// Returns the rows of a batch by node. Returns `None` if a separator has no surface, a column is too short, or a node
 /// occurs twice.
 fn rows_of<P: Point>(splits: &SplitBatch<P>) -> Option<BTreeMap<NodeId, SplitRow<P>>> {
-    let mut words = splits.separators.chunks_exact(SEPARATOR_WORDS);
+    let mut words = splits.separators.chunks_exact(Separator::<P>::WORDS);
     let mut corners = splits.boxes.as_chunks::<4>().0.iter();
     let mut rows = BTreeMap::new();
     for (&node, &interior) in splits.nodes.iter().zip(&splits.interior.0) {
         let &[a, b, c, d] = corners.next()?;
-        let words = words.next()?.try_into().ok()?;
-        let split = Split::new(Separator::from_array(words)?, [(a, b), (c, d)]);
+        let split = Split::new(Separator::from_array(words.next()?)?, [(a, b), (c, d)]);
         if rows.insert(NodeId(node), SplitRow { split, interior }).is_some() {
             return None;
         }
@@ -261,7 +260,7 @@ mod tests {
         let interior = 1 + draw.below(ranks as usize - 1) as u32;
         batch.nodes.push(node.0);
         batch.interior.push(interior);
-        batch.separators.extend_from_slice(&Separator::<DVec2>::plane(axis, draw.unit()).to_array());
+        batch.separators.extend_from_slice(&Separator::<DVec2>::plane(axis, draw.unit()).to_array()[..]);
         let [low, high] = [f64::NEG_INFINITY, f64::INFINITY].map(DVec2::splat);
         batch.boxes.extend_from_slice(&[low, high, low, high]);
         split_all(node.child(0), interior, draw, batch);

@@ -45,8 +45,8 @@ use sampled::{MOST_CANDIDATES, Sampled};
 /// The expected number of sampled stars.
 const SAMPLED_STARS: u64 = 64;
 
-/// The number of points of the leaf that bound a sampled ball, in the plane and in space.
-const BOUNDING: [usize; 2] = [10, 20];
+/// The number of points of the leaf that bound a sampled ball, in the plane, in space and in dimensions 4 to 6.
+const BOUNDING: [usize; 5] = [10, 20, 40, 80, 160];
 
 /// Chooses the supergraph. Each rank samples stars and reports how many of them each alpha certifies. The coordinator
 /// sums the reports and sends the supergraph to every rank. `population` and `heaviest` are the number and the largest weight

@@ -88,7 +88,7 @@ pub(crate) async fn nearest_lists<P: Point>(
 }
 
 /// The owned points of each leaf, and their nearest points within it.
-struct LeafLists<P> {
+struct LeafLists<P: Point> {
     /// The points, in blocks.
     blocks: Vec<KdBlocks<P>>,
     /// For each leaf, the nearest points of each of its points within the leaf.

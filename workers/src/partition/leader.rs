@@ -8,8 +8,8 @@ use std::collections::BTreeMap;
 use septet_geometry::cost::Cost;
 use septet_geometry::point::{Point, lex_cmp};
 use septet_geometry::separator::{
-    CurveCube, DrawKey, DrawKind, Drawn, SEPARATOR_WORDS, Separator, cut, cut_at_median, cut_curve,
-    draw as draw_separator, draw_ablated, draw_bisecting, split_bound,
+    CurveCube, DrawKey, DrawKind, Drawn, Separator, cut, cut_at_median, cut_curve, draw as draw_separator,
+    draw_ablated, draw_bisecting, split_bound,
 };
 use septet_protocol::codec::Bulk;
 use septet_protocol::ids::{NodeId, Phase, Rank};
@@ -32,7 +32,7 @@ pub type Plan = BTreeMap<NodeId, u32>;
 /// Returns the hash of a separator, which is part of the facts of its node.
 pub fn separator_hash<P: Point>(separator: &Separator<P>) -> u64 {
     let mut h = 0u64;
-    for word in separator.to_array() {
+    for word in separator.to_array().as_ref() {
         h = (h ^ word.to_bits()).wrapping_mul(0x9E37_79B9_7F4A_7C15).rotate_left(31);
     }
     h
@@ -262,12 +262,11 @@ fn halve(ranks: u32, weight: [u64; 2]) -> u32 {
 
 /// Returns the words of the separator that was drawn, for a [`Body::Sphere`]; none if there is no separator.
 pub(crate) fn words_of<P: Point>(drawn: &Draw<P>) -> Vec<f64> {
-    drawn.separator.map_or(Vec::new(), |s| s.to_array().to_vec())
+    drawn.separator.map_or(Vec::new(), |s| s.to_array().as_ref().to_vec())
 }
 
 /// Returns the separator that a [`Body::Sphere`] contains, if any.
 pub fn separator_of<P: Point>(words: &[f64]) -> Option<Separator<P>> {
-    let words: &[f64; SEPARATOR_WORDS] = words.try_into().ok()?;
     Separator::from_array(words)
 }
 

@@ -93,7 +93,7 @@ pub(crate) async fn partition<P: Point>(
         if !moves.is_empty() {
             let points = united(PointBatch::default(), moves);
             cx.record_load(round, points.len());
-            owned = Some(if cx.config().counted {
+            owned = Some(if cx.config().by_stars::<P>() {
                 let curve = path.last().and_then(|above| above.split().separator().curve_cube());
                 grow(cx, group.node, unsplit.is_some(), MemberShare { points: &points, curve })
             } else {

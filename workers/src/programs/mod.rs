@@ -60,7 +60,7 @@ async fn begin<P: Point>(
 ) -> Result<(Share<P>, Option<Ground<P>>), TransportError> {
     let input = load(cx, source).await?;
     let population = input.population();
-    let runs = input.is_ready() && cx.config().refusal(population.count).is_none();
+    let runs = input.is_ready() && cx.config().refusal::<P>(population.count).is_none();
     let (loaded, frame, block) = input.into_parts();
     let mut share = Share { loaded, ..Share::new(cx.rank()) };
     if !runs {
@@ -91,7 +91,7 @@ async fn finish<P: Point>(
         Task::Independent { fixed } => independent_set(cx, ground, fixed, share).await,
         // Such a run has no points.
         Task::Evaluation { .. } => collect_counts(cx, share).await,
-        Task::Delaunay { .. } if cx.config().counted => simulate(cx, ground, share).await,
+        Task::Delaunay { .. } if cx.config().by_stars::<P>() => simulate(cx, ground, share).await,
         Task::Delaunay { .. } => triangulate(cx, ground, share).await,
     }
 }

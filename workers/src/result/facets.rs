@@ -9,7 +9,7 @@
 
 use std::collections::BTreeMap;
 
-use septet_geometry::point::Point;
+use septet_geometry::point::{Array, Point};
 use septet_protocol::codec::Bulk;
 use septet_protocol::ids::Rank;
 use septet_protocol::message::{Body, Message};
@@ -39,13 +39,18 @@ struct Across {
 }
 
 /// A facet that arrived. Facets are ordered by their vertices.
-#[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
-struct Arrived {
+struct Arrived<P: Point> {
     /// Ids of the vertices, ascending; the last one is 0 in the plane.
-    vertices: [u64; 3],
+    vertices: P::Axes<u64>,
     from: Rank,
     /// The entry of the facet in the rows of the sender.
     entry: u32,
+}
+
+impl<P: Point> Arrived<P> {
+    fn key(&self) -> (&[u64], Rank, u32) {
+        (self.vertices.as_ref(), self.from, self.entry)
+    }
 }
 
 /// Sends the facets whose other cell may be on another rank to the ranks that own their smallest vertices.
@@ -82,15 +87,14 @@ pub(super) fn pair_facets<P: Point>(cx: &mut Context<P>) -> Result<(), Transport
         }
         _ => None,
     });
-    let mut arrived: Vec<Arrived> = Vec::new();
+    let mut arrived: Vec<Arrived<P>> = Vec::new();
     for (from, ids, entries) in batches {
         arrived.extend(ids.chunks_exact(P::DIM).zip(entries).map(|(facet, entry)| {
-            let mut vertices = [0; 3];
-            vertices[..P::DIM].copy_from_slice(facet);
+            let vertices = P::Axes::from_fn(|i| facet.get(i).copied().unwrap_or(0));
             Arrived { vertices, from, entry }
         }));
     }
-    arrived.sort_unstable();
+    arrived.sort_unstable_by(|a, b| a.key().cmp(&b.key()));
     let mut replies: BTreeMap<Rank, Across> = BTreeMap::new();
     let mut reply = |to: Rank, entry: u32, rank: Rank, cell: u32| {
         let across = replies.entry(to).or_default();
@@ -99,16 +103,19 @@ pub(super) fn pair_facets<P: Point>(cx: &mut Context<P>) -> Result<(), Transport
         across.cells.push(cell);
     };
     let cell = |entry: u32| entry / (2 * (P::DIM as u32 + 1));
-    for pair in arrived.chunk_by(|a, b| a.vertices == b.vertices) {
-        match *pair {
-            [Arrived { from, entry, .. }] => reply(from, entry, from, HULL),
+    for pair in arrived.chunk_by(|a, b| a.vertices.as_ref() == b.vertices.as_ref()) {
+        match pair {
+            &[Arrived { from, entry, .. }] => reply(from, entry, from, HULL),
             [a, b] => {
                 reply(a.from, a.entry, b.from, cell(b.entry));
                 reply(b.from, b.entry, a.from, cell(a.entry));
             }
             _ => {
-                let reason =
-                    format!("{} cells share the facet {:?}", pair.len(), &pair[0].vertices[..P::DIM]);
+                let reason = format!(
+                    "{} cells share the facet {:?}",
+                    pair.len(),
+                    &pair[0].vertices.as_ref()[..P::DIM]
+                );
                 return Err(TransportError::WorkerFailed { rank: cx.rank(), reason });
             }
         }

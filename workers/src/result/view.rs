@@ -125,6 +125,6 @@ impl<P: Point> Results<'_, P> {
 fn show_split<P: Point>(id: NodeId, split: &Split<P>, part: &mut ViewPart<P>) {
     let (low, high) = join_bounds(split.boxes()[0], split.boxes()[1]);
     part.nodes.push(id.0);
-    part.separators.extend(split.separator().to_array());
+    part.separators.extend_from_slice(split.separator().to_array().as_ref());
     part.boxes.extend([low, high]);
 }

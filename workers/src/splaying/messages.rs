@@ -2,7 +2,7 @@
 
 use std::ops::Range;
 
-use septet_geometry::point::{Point, lex_cmp};
+use septet_geometry::point::{Array, Point, lex_cmp};
 
 use crate::state::table::Table;
 
@@ -110,11 +110,12 @@ pub(crate) struct GatheredPoint {
 }
 
 /// Returns the positions of a cell's vertices in lexicographic order, so that they do not depend on local indices.
-pub(super) fn corners<P: Point>(table: &Table<P>, cell: &P::Cell) -> [P; 4] {
-    let mut corners = [P::default(); 4];
+pub(super) fn corners<P: Point>(table: &Table<P>, cell: &P::Cell) -> P::Corners {
+    let mut all = P::Corners::from_fn(|_| P::default());
+    let corners = all.as_mut();
     for (corner, &v) in corners.iter_mut().zip(cell.as_ref()) {
         *corner = table.positions()[v as usize];
     }
     corners[..=P::DIM].sort_unstable_by(lex_cmp);
-    corners
+    all
 }

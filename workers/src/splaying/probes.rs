@@ -81,10 +81,10 @@ impl<'a, P: Point> Probes<'a, P> {
         let mut balls = Vec::with_capacity(asked.len());
         asked.retain(|question| {
             let corners = corners(table, &question.cell);
-            let at = circumcentre(&corners[..=P::DIM]);
-            let mut radius2 = dist2(at, corners[0]);
+            let at = circumcentre(&corners.as_ref()[..=P::DIM]);
+            let mut radius2 = dist2(at, corners.as_ref()[0]);
             if P::IS_WEIGHTED {
-                radius2 += heaviest - corners[0].weight();
+                radius2 += heaviest - corners.as_ref()[0].weight();
             }
             let leaf = leaf_number(leaves, question.star);
             balls.extend(radius2.is_finite().then_some(Centre { at, radius2, leaf }));
@@ -171,7 +171,7 @@ impl<'a, P: Point> Probes<'a, P> {
 /// Returns `true` if a point lies in the perturbed circumsphere of a cell. A flat cell contains no points.
 fn is_inside<P: Point>(table: &Table<P>, cell: &P::Cell, point: u32) -> bool {
     let mut corners = corners(table, cell);
-    let corners = &mut corners[..=P::DIM];
+    let corners = &mut corners.as_mut()[..=P::DIM];
     match orientation(corners) {
         Sign::Zero => return false,
         Sign::Negative => corners.swap(0, 1),

@@ -42,6 +42,7 @@ pub fn table(plan: &Plan) -> Result<Table, Box<dyn Error>> {
                     match &set.points {
                         Points::Plane(points) => sum.add(points, spec)?,
                         Points::Space(points) => sum.add(points, spec)?,
+                        Points::Higher(_) => unreachable!("sets are plane or spatial"),
                     }
                 }
                 table.push(sum.row(kind, dimension, n));

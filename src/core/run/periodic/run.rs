@@ -67,6 +67,7 @@ fn run_points(
         PointSlice::Space(points) => run_sites((with_weights(points), first), (periodic, false), order, team),
         PointSlice::WeightedPlane(sites) => run_sites((sites.to_vec(), first), (periodic, true), order, team),
         PointSlice::WeightedSpace(sites) => run_sites((sites.to_vec(), first), (periodic, true), order, team),
+        PointSlice::Higher(points) => Err(PeriodicError::Higher { dimension: points.dimension() }.into()),
     }
 }
 
@@ -80,6 +81,7 @@ pub fn check_box(points: PointSlice<'_>, periodic: &Periodic) -> Result<(), Erro
         PointSlice::Space(points) => check_sites(with_weights(points), periodic),
         PointSlice::WeightedPlane(sites) => check_sites(sites.to_vec(), periodic),
         PointSlice::WeightedSpace(sites) => check_sites(sites.to_vec(), periodic),
+        PointSlice::Higher(points) => Err(PeriodicError::Higher { dimension: points.dimension() }.into()),
     }
 }
 

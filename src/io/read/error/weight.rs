@@ -76,6 +76,14 @@ pub enum WeightError {
         /// Its format.
         format: &'static str,
     },
+    /// The points have a dimension above 3.
+    #[error("{}: points of dimension {dimension} have no weights: only dimensions 2 and 3 do", shown(.path))]
+    Dimension {
+        /// The file.
+        path: PathBuf,
+        /// The number of coordinates of a point.
+        dimension: usize,
+    },
     /// The points are a terrain.
     #[error("{}: the points of a terrain have no weights", shown(.path))]
     Terrain {
@@ -106,6 +114,7 @@ impl WeightError {
                 .and(Role::WeightColumn.extensions(|_| true))
                 .and("; otherwise give a file of one number a row: ")
                 .and(Role::Weights.known()),
+            Self::Dimension { .. } => Remedy::of("omit the weights"),
             Self::Terrain { .. } => Remedy::of("omit {terrain}, or omit the weights"),
         }
     }
@@ -117,6 +126,7 @@ impl WeightError {
             | Self::Count { path, .. }
             | Self::Column { path, .. }
             | Self::NoColumns { path, .. }
+            | Self::Dimension { path, .. }
             | Self::Terrain { path } => path,
         }
     }
@@ -125,7 +135,9 @@ impl WeightError {
     pub(super) fn place(&self) -> Place {
         match self {
             Self::Value { place, .. } | Self::Column { place, .. } => *place,
-            Self::Count { .. } | Self::NoColumns { .. } | Self::Terrain { .. } => Place::Whole,
+            Self::Count { .. } | Self::NoColumns { .. } | Self::Dimension { .. } | Self::Terrain { .. } => {
+                Place::Whole
+            }
         }
     }
 

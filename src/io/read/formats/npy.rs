@@ -305,7 +305,7 @@ pub fn layout_of_weights(source: Source<'_>, size: u64) -> Result<Layout, InputE
     Ok(layout)
 }
 
-/// Reads cells: integers of shape (m, 3) or (m, 4).
+/// Reads cells: integers of shape (m, 3) to (m, 7).
 pub fn read_cells(source: Source<'_>, options: &CellOptions) -> Result<CellFile, InputError> {
     let array = open(source, Content::Rows)?;
     let place = Place::Byte(array.start);
@@ -315,9 +315,10 @@ pub fn read_cells(source: Source<'_>, options: &CellOptions) -> Result<CellFile,
     if !array.layout.scalar.is_integer() {
         return Err(source.unsupported(place, "a cell list of reals", "save integers (<i8)"));
     }
-    if !(3..=4).contains(&array.layout.columns) {
+    if !(3..=7).contains(&array.layout.columns) {
         let what = format!("a cell list with rows of {}", array.layout.columns);
-        return Err(source.unsupported(place, what, "save rows of 3 (triangles) or 4 (tetrahedra)"));
+        let advice = "save rows of 3 (triangles), 4 (tetrahedra), or 5 to 7 in dimensions 4 to 6";
+        return Err(source.unsupported(place, what, advice));
     }
     let mut cells = Indices::new(source, array.layout.columns, 0, options.point_count);
     for row in 0..array.rows {

@@ -7,7 +7,7 @@ use std::collections::TryReserveError;
 use std::fs;
 use std::path::{Path, PathBuf};
 
-use septet_core::model::Points;
+use septet_core::model::{HigherPoints, Points};
 
 use super::super::dispatch::read;
 use super::super::error::InputError;
@@ -102,8 +102,8 @@ pub fn read_list(
 
 /// Returns a file without points.
 pub(in super::super) fn empty(options: &ReadOptions) -> PointFile {
-    let is_plane = options.dimension.map_or(options.terrain, |dimension| dimension == 2);
-    let points = if is_plane { Points::Plane(Vec::new()) } else { Points::Space(Vec::new()) };
+    let plane_or_space = if options.terrain { 2 } else { 3 };
+    let points = Points::of(options.dimension.unwrap_or(plane_or_space), &[]);
     let weights = options.weight_column().map(|_| Vec::new());
     PointFile { heights: options.terrain.then(Vec::new), weights, ..PointFile::of_points(points) }
 }
@@ -170,6 +170,15 @@ fn append(
     let reserved = match (&mut all.points, file.points) {
         (Points::Plane(all), Points::Plane(more)) => extend(all, more, extent),
         (Points::Space(all), Points::Space(more)) => extend(all, more, extent),
+        (Points::Higher(HigherPoints::Four(all)), Points::Higher(HigherPoints::Four(more))) => {
+            extend(all, more, extent)
+        }
+        (Points::Higher(HigherPoints::Five(all)), Points::Higher(HigherPoints::Five(more))) => {
+            extend(all, more, extent)
+        }
+        (Points::Higher(HigherPoints::Six(all)), Points::Higher(HigherPoints::Six(more))) => {
+            extend(all, more, extent)
+        }
         _ => {
             let (path, first) = (path.to_owned(), first.to_owned());
             return Err(ListError::MixedDimension { path, found: other, first, expected: width });

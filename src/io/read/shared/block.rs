@@ -3,7 +3,7 @@
 use std::collections::BTreeMap;
 use std::ops::Range;
 
-use septet_core::model::Points;
+use septet_core::model::{HigherPoints, Points};
 
 use super::super::error::InputError;
 use super::super::points::ReadOptions;
@@ -72,8 +72,7 @@ pub(super) struct Rows {
 impl Rows {
     /// Creates an empty set.
     pub fn new(dimension: usize) -> Self {
-        let points = if dimension == 2 { Points::Plane(Vec::new()) } else { Points::Space(Vec::new()) };
-        Rows { points, weights: Vec::new(), index: Vec::new() }
+        Rows { points: Points::of(dimension, &[]), weights: Vec::new(), index: Vec::new() }
     }
 
     /// Appends rows of the same dimension.
@@ -83,6 +82,15 @@ impl Rows {
         match (&mut self.points, more.points) {
             (Points::Plane(all), Points::Plane(more)) => append(all, more),
             (Points::Space(all), Points::Space(more)) => append(all, more),
+            (Points::Higher(HigherPoints::Four(all)), Points::Higher(HigherPoints::Four(more))) => {
+                append(all, more);
+            }
+            (Points::Higher(HigherPoints::Five(all)), Points::Higher(HigherPoints::Five(more))) => {
+                append(all, more);
+            }
+            (Points::Higher(HigherPoints::Six(all)), Points::Higher(HigherPoints::Six(more))) => {
+                append(all, more);
+            }
             _ => {}
         }
     }

@@ -4,7 +4,6 @@ use std::io::{self, Read};
 use std::ops::Range;
 use std::path::Path;
 
-use glam::{DVec2, DVec3};
 use septet_core::model::Points;
 use septet_protocol::codec::{Bulk, decode, encode};
 use septet_protocol::wire::{Ended, Parcel, Processes, WireError};
@@ -174,7 +173,7 @@ pub(super) fn deal(
             // The weights follow the coordinates.
             let width = known.dimension + usize::from(how.has_weights);
             let (coordinates, weights) = numbers.split_at(numbers.len() / width * known.dimension);
-            let points = points_of(known.dimension, coordinates);
+            let points = Points::of(known.dimension, coordinates);
             own.add(Rows { points, weights: weights.to_vec(), index: index.0 });
         }
         start = end;
@@ -197,11 +196,4 @@ fn parcel(process: u32, file: &PointFile, rows: Range<usize>, how: Dealing) -> R
     let bytes = encode(&(Bulk(numbers), Bulk(index)))
         .map_err(|error| WireError::Corrupt { process, reason: error.to_string() })?;
     Ok(Parcel { process, bytes })
-}
-
-fn points_of(dimension: usize, coordinates: &[f64]) -> Points {
-    match dimension {
-        2 => Points::Plane(coordinates.as_chunks::<2>().0.iter().copied().map(DVec2::from_array).collect()),
-        _ => Points::Space(coordinates.as_chunks::<3>().0.iter().copied().map(DVec3::from_array).collect()),
-    }
 }

@@ -82,11 +82,28 @@ pub struct Writer {
     /// The number of records for each point of a set of points.
     pub records_per_point: u64,
     pub way: Way,
+    /// Whether the format holds points and cells of dimensions above 3.
+    pub holds_any_dimension: bool,
 }
 
 /// A format that is not written.
-const NONE: Writer =
-    Writer { mesh: None, records: points_and_cells, points: None, records_per_point: 1, way: Way::Whole };
+const NONE: Writer = Writer {
+    mesh: None,
+    records: points_and_cells,
+    points: None,
+    records_per_point: 1,
+    way: Way::Whole,
+    holds_any_dimension: false,
+};
+
+/// Refuses a format that has no place for this dimension.
+pub fn check_dimension(format: Format, path: &Path, dimension: usize) -> Result<(), OutputError> {
+    if dimension > 3 && !writer(format).holds_any_dimension {
+        let (path, format) = (path.to_owned(), format.name());
+        return Err(OutputError::OnlySpace { path, format, dimension });
+    }
+    Ok(())
+}
 
 /// Returns the functions that write a format.
 pub const fn writer(format: Format) -> Writer {
@@ -100,10 +117,12 @@ pub const fn writer(format: Format) -> Writer {
         Format::Ele | Format::Faces => SET,
         Format::Xyz => Writer {
             points: Some(|out, points, _, progress| table::write(out, points, b' ', progress)),
+            holds_any_dimension: true,
             ..NONE
         },
         Format::Csv => Writer {
             points: Some(|out, points, _, progress| table::write(out, points, b',', progress)),
+            holds_any_dimension: true,
             ..NONE
         },
         Format::Npy => NPY,
@@ -166,6 +185,7 @@ const NPY: Writer = Writer {
     records: |mesh| mesh.cell_count() as u64,
     points: Some(|out, points, _, progress| npy::write_points(out, points, progress)),
     way: Way::Cells,
+    holds_any_dimension: true,
     ..NONE
 };
 
@@ -176,6 +196,7 @@ const VTU: Writer = Writer {
     points: Some(|out, points, _, progress| vtu::write_points(out, points, progress)),
     records_per_point: 5,
     way: Way::Grid,
+    ..NONE
 };
 
 /// The legacy grids of VTK.

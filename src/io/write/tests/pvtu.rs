@@ -29,6 +29,7 @@ impl Run {
         let outcome = match &points {
             Points::Plane(points) => septet_core::triangulate(points, &spec),
             Points::Space(points) => septet_core::triangulate(points, &spec),
+            Points::Higher(_) => unreachable!("sets are plane or spatial"),
         };
         Run { outcome: outcome.unwrap(), points }
     }

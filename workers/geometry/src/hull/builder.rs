@@ -6,6 +6,7 @@
 
 use super::candidate::{Candidate, candidate};
 use super::conflict_lists::ConflictLists;
+use super::general::General;
 use super::large::{BATCH, LARGE, LargeStars};
 use super::planes::{Planes, Side};
 
@@ -51,6 +52,8 @@ pub struct StarBuilder<P: Point> {
     pub(super) large: LargeStars,
     /// The cover of the centre, if it is hidden ([`StarBuilder::cover`]).
     pub(super) cover: Option<P::Cell>,
+    /// The link in dimensions above 3.
+    pub(super) general: General<P>,
 }
 
 impl<P: Point> Default for StarBuilder<P> {
@@ -74,6 +77,7 @@ impl<P: Point> Default for StarBuilder<P> {
             conflicts: ConflictLists::default(),
             large: LargeStars::default(),
             cover: None,
+            general: General::default(),
         }
     }
 }
@@ -86,6 +90,9 @@ impl<P: Point> StarBuilder<P> {
     /// repetitions and the centre are ignored. Returns `false`, with an empty link, if the candidates and the centre
     /// span no cell. The link is also empty if the centre is hidden ([`StarBuilder::cover`]).
     pub fn build(&mut self, table: &[P], centre: u32, candidates: &[u32], cost: &mut Cost) -> bool {
+        if P::DIM > 3 {
+            return self.build_general(table, centre, candidates, cost);
+        }
         let exact = ExactTests::so_far();
         self.centre = table[centre as usize];
         self.points.clear();
@@ -125,6 +132,9 @@ impl<P: Point> StarBuilder<P> {
     /// Appends the facets of the link to `out`, infinite ones included, as positions in the table. They are oriented so
     /// that `(centre, facet)` is positive.
     pub fn facets(&self, out: &mut Vec<P::Facet>) {
+        if P::DIM > 3 {
+            return self.general_facets(out);
+        }
         out.extend(self.link.live_cells().map(|cell| self.named(cell)));
     }
 
@@ -140,7 +150,7 @@ impl<P: Point> StarBuilder<P> {
 
     /// Returns the number of facets of the link.
     pub fn link_size(&self) -> usize {
-        self.link.len()
+        if P::DIM > 3 { self.general_size() } else { self.link.len() }
     }
 
     /// Sorts the candidates by distance from the centre, or by decreasing length of their images if they have weights, then

@@ -65,6 +65,9 @@ impl<P: Point> StarBuilder<P> {
         if self.order.is_empty() && !link.is_empty() {
             return Extended::Same;
         }
+        if P::DIM > 3 {
+            return self.extend_general(table, (link, &numbers[1..entries]), &distinct[..known], cost);
+        }
         self.take_points(table, &distinct[..known], cost);
         let mut loading = cost.fresh();
         let is_closed = self.load(link, &numbers[1..entries], &mut loading);
@@ -102,6 +105,9 @@ impl<P: Point> StarBuilder<P> {
 
     /// Appends to `out` the facets that the last [`StarBuilder::extend`] created.
     pub fn created_facets(&self, out: &mut Vec<P::Facet>) {
+        if P::DIM > 3 {
+            return self.general_created(out);
+        }
         let is_old = |cell: &u32| self.loaded.get(*cell as usize) == Some(&false);
         out.extend(self.link.live_cells().filter(|cell| !is_old(cell)).map(|cell| self.named(cell)));
     }

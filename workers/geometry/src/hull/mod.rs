@@ -44,6 +44,7 @@ mod cavity;
 mod change;
 mod conflict_lists;
 mod corners;
+mod general;
 mod hidden;
 mod large;
 mod planes;

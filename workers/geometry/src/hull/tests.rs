@@ -1,5 +1,6 @@
 //! Stars compared with brute force.
 
+mod general;
 mod large;
 mod weighted;
 
@@ -174,44 +175,50 @@ fn in_order<P: Point>(facet: &P::Facet) -> P::Facet {
 
 /// A star of some points that is extended by the rest equals the star of all. The reported removed and created facets
 /// are correct. The witnesses in the spheres of removed cells are those that the predicates find.
+fn check_extended<P: Point>(kind: &str, points: &[P]) -> usize {
+    let everyone: Vec<u32> = (0..points.len() as u32).collect();
+    let (mut builder, mut direct) = (StarBuilder::default(), StarBuilder::default());
+    let mut witnesses = Witnesses::default();
+    let (mut cost, mut changed) = (Cost::default(), 0);
+    for &v in &everyone {
+        let stride = 2 + v as usize % 5;
+        let some: Vec<u32> = everyone.iter().copied().skip(v as usize % 3).step_by(stride).collect();
+        if !direct.build(points, v, &some, &mut cost) {
+            continue;
+        }
+        let (mut old, mut new, mut anew) = (Vec::new(), Vec::new(), Vec::new());
+        direct.facets(&mut old);
+        let became = builder.extend(points, v, &old, &everyone, &mut cost);
+        direct.build(points, v, &everyone, &mut cost);
+        direct.facets(&mut anew);
+        let set = |facets: &[P::Facet]| -> std::collections::BTreeSet<P::Facet> {
+            facets.iter().map(in_order::<P>).collect()
+        };
+        if became == Extended::Same {
+            assert_eq!(set(&old), set(&anew), "{kind}, star of {v}");
+            continue;
+        }
+        assert_eq!(became, Extended::Changed, "{kind}, star of {v}");
+        if P::DIM <= 3 {
+            builder.link.check().unwrap();
+        }
+        builder.facets(&mut new);
+        assert_eq!(set(&new), set(&anew), "{kind}, star of {v}");
+        let (old_set, new_set) = (set(&old), set(&new));
+        let mut fresh = Vec::new();
+        builder.created_facets(&mut fresh);
+        assert_eq!(set(&fresh), &new_set - &old_set, "{kind}: fresh facets of {v}");
+        let gone: Vec<P::Facet> = builder.removed_facets().iter().map(|&at| old[at as usize]).collect();
+        assert_eq!(set(&gone), &old_set - &new_set, "{kind}: removed facets of {v}");
+        changed += gone.len();
+        witnesses_of_removed(points, v, &gone, &new, &mut witnesses);
+    }
+    changed
+}
+
 fn check_extended_stars<P: Point>(n: usize) {
     for kind in KINDS {
-        let points = set::<P>(kind, n, 5);
-        let everyone: Vec<u32> = (0..points.len() as u32).collect();
-        let (mut builder, mut direct) = (StarBuilder::default(), StarBuilder::default());
-        let mut witnesses = Witnesses::default();
-        let (mut cost, mut changed) = (Cost::default(), 0);
-        for &v in &everyone {
-            let stride = 2 + v as usize % 5;
-            let some: Vec<u32> = everyone.iter().copied().skip(v as usize % 3).step_by(stride).collect();
-            if !direct.build(&points, v, &some, &mut cost) {
-                continue;
-            }
-            let (mut old, mut new, mut anew) = (Vec::new(), Vec::new(), Vec::new());
-            direct.facets(&mut old);
-            let became = builder.extend(&points, v, &old, &everyone, &mut cost);
-            direct.build(&points, v, &everyone, &mut cost);
-            direct.facets(&mut anew);
-            let set = |facets: &[P::Facet]| -> std::collections::BTreeSet<P::Facet> {
-                facets.iter().map(in_order::<P>).collect()
-            };
-            if became == Extended::Same {
-                assert_eq!(set(&old), set(&anew), "{kind}, star of {v}");
-                continue;
-            }
-            assert_eq!(became, Extended::Changed, "{kind}, star of {v}");
-            builder.link.check().unwrap();
-            builder.facets(&mut new);
-            assert_eq!(set(&new), set(&anew), "{kind}, star of {v}");
-            let (old_set, new_set) = (set(&old), set(&new));
-            let mut fresh = Vec::new();
-            builder.created_facets(&mut fresh);
-            assert_eq!(set(&fresh), &new_set - &old_set, "{kind}: fresh facets of {v}");
-            let gone: Vec<P::Facet> = builder.removed_facets().iter().map(|&at| old[at as usize]).collect();
-            assert_eq!(set(&gone), &old_set - &new_set, "{kind}: removed facets of {v}");
-            changed += gone.len();
-            witnesses_of_removed(&points, v, &gone, &new, &mut witnesses);
-        }
+        let changed = check_extended(kind, &set::<P>(kind, n, 5));
         assert!(changed > 0, "{kind}: no star changes");
     }
 }

@@ -8,6 +8,7 @@
 //! exact predicates decide.
 
 use super::candidate::Candidate;
+use super::general;
 use super::planes::{Planes, Side};
 use crate::cost::Sweep;
 use crate::point::{Point, lex_cmp};
@@ -40,6 +41,10 @@ impl<P: Point> Witnesses<P> {
     /// Appends to `found` the points that lie in the perturbed circumsphere of a cell of the centre, except its
     /// corners. A flat cell contains no points.
     pub fn append_inside(&mut self, table: &[P], cell: &P::Cell, found: &mut Vec<u32>, tests: &mut Sweep) {
+        if P::DIM > 3 {
+            let points = tests.visit_all(&self.points).iter().map(|point| point.id);
+            return general::append_inside((table, self.centre), cell, points, found);
+        }
         let mut corners = [self.centre; 4];
         let mut others = [self.points.first().copied().unwrap_or_else(|| Candidate::infinity()); 3];
         let mut n = 0;

@@ -25,11 +25,14 @@
 //! 3. `expansion`: expansions of doubles, within the range that [`crate::range`] admits.
 //! 4. `tie`: the perturbation, from the cofactors of the stage that found a zero.
 //!
+//! In dimensions 4 to 6, `general` has all stages but the last.
+//!
 //! With weights ([`crate::site`]), the height of a point is `|p|^2 - w`. The filter knows weights and images, and integers
 //! (`weighted`) replace stages 2 and 3.
 
 mod count;
 mod expansion;
+pub(crate) mod general;
 mod integer;
 mod lattice;
 mod sign;
@@ -72,6 +75,9 @@ fn exact_orientation<P: Point>(cell: &[P]) -> Sign {
     count::exact_test();
     // The determinant is recomputed, because passing it would slow down the calls that the filter decides.
     let rounded = P::rounded_orientation(cell);
+    if P::DIM > 3 {
+        return general::orientation(cell, rounded.reach);
+    }
     if P::IS_WEIGHTED {
         return weighted::orientation(cell, rounded.reach);
     }
@@ -103,11 +109,15 @@ pub fn in_sphere<P: Point>(cell: &[P], q: P) -> bool {
 #[inline(never)]
 fn exact_in_sphere<P: Point>(cell: &[P], q: P, rounded: &Rounded) -> bool {
     count::exact_test();
+    if P::DIM > 3 {
+        let general::Signs { det, cofactors } = general::in_sphere(cell, q, rounded.reach);
+        return det == Sign::Positive || det == Sign::Zero && tie::conflicts(cell, q, &cofactors);
+    }
     let signs = in_sphere_signs(cell, q, rounded);
     match signs.det {
         Sign::Positive => true,
         Sign::Negative => false,
-        Sign::Zero => tie::conflicts(cell, q, signs.cofactors),
+        Sign::Zero => tie::conflicts(cell, q, &signs.cofactors),
     }
 }
 
@@ -187,6 +197,8 @@ pub fn raises_dimension<P: Point>(basis: &[P], q: P) -> bool {
     match basis.len() {
         0 => true,
         1 => lex_cmp(&basis[0], &q) != Ordering::Equal,
+        // Some minor of full rank decides.
+        _ if P::DIM > 3 => general::is_outside(basis, q),
         n if n == P::DIM => {
             let mut cell = [q; 4];
             cell[..n].copy_from_slice(basis);

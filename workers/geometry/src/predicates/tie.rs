@@ -13,10 +13,10 @@ use crate::point::{Point, lex_cmp};
 
 /// Returns `true` if the query conflicts with the positively oriented `cell`, given its cofactors.
 #[inline]
-pub(super) fn conflicts<P: Point>(cell: &[P], q: P, cofactors: [Sign; 4]) -> bool {
+pub(super) fn conflicts<P: Point>(cell: &[P], q: P, cofactors: &[Sign]) -> bool {
     // Raising the query moves it outside: the derivative is minus the positive orientation of the cell.
     let (mut highest, mut is_conflict) = (q, false);
-    for (corner, cofactor) in cell.iter().zip(cofactors) {
+    for (corner, &cofactor) in cell.iter().zip(cofactors) {
         if cofactor != Sign::Zero && lex_cmp(&highest, corner).is_lt() {
             (highest, is_conflict) = (*corner, cofactor == Sign::Positive);
         }

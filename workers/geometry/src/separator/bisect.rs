@@ -202,7 +202,7 @@ mod tests {
                         let Some(s) = found.separator else { continue };
                         assert!((ratio(&s, &points) - found.estimated_ratio).abs() < 1e-12, "{name}");
                         assert!(found.estimated_ratio <= bound, "{name}: {found:?}");
-                        assert_eq!(Separator::from_array(&s.to_array()), Some(s), "{name}");
+                        assert_eq!(Separator::from_array(s.to_array().as_ref()), Some(s), "{name}");
                     }
                 }
                 // A set of two or three points may have no samples.

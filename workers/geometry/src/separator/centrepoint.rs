@@ -20,9 +20,6 @@ use super::surface::Quadric;
 use crate::cost::Cost;
 use crate::point::{Point, Vector};
 
-/// Rows and columns of the largest linear system: `D + 1` equations in `D + 2` unknowns, `D = 4`.
-const ROWS: usize = 5;
-const COLS: usize = ROWS + 1;
 /// Pivots below this count as zero. The points are in the unit ball, and the first pivot is at least 1.
 const PIVOT_FLOOR: f64 = 1e-12;
 /// Largest distance between the two convex combinations of a Radon point.
@@ -79,7 +76,16 @@ pub(super) fn centrepoint<V: Vector>(
 /// Computes the Radon point of `V::LEN + 2` points. Also returns the number of means that replaced Radon points at
 /// and below this node.
 fn radon_point<V: Vector>(group: &[(V, u32)], cost: &mut Cost) -> (V, u32) {
-    let dependence = affine_dependence(group, cost);
+    if V::LEN > 4 { radon_point_of::<V, 8, 9>(group, cost) } else { radon_point_of::<V, 5, 6>(group, cost) }
+}
+
+/// Computes [`radon_point`] with room for a linear system of `D + 1` equations in `D + 2` unknowns.
+#[inline(always)]
+fn radon_point_of<V: Vector, const ROWS: usize, const COLS: usize>(
+    group: &[(V, u32)],
+    cost: &mut Cost,
+) -> (V, u32) {
+    let dependence = affine_dependence::<V, ROWS, COLS>(group, cost);
     let zero = V::splat(0.0);
     let mut halves = [(zero, 0.0), (zero, 0.0)];
     let (mut sum, mut means) = (zero, 0);
@@ -101,7 +107,10 @@ fn radon_point<V: Vector>(group: &[(V, u32)], cost: &mut Cost) -> (V, u32) {
 /// Returns coefficients, not all zero, such that their sum and the sum of the points with these weights are zero up to
 /// rounding. Gauss-Jordan elimination with full pivoting computes them as a null vector. If the system has lower rank
 /// (coincident, collinear or coplanar points), it has several free columns, and the first is used.
-fn affine_dependence<V: Vector>(group: &[(V, u32)], cost: &mut Cost) -> [f64; COLS] {
+fn affine_dependence<V: Vector, const ROWS: usize, const COLS: usize>(
+    group: &[(V, u32)],
+    cost: &mut Cost,
+) -> [f64; COLS] {
     let (rows, cols) = (V::LEN + 1, V::LEN + 2);
     let mut m = [[0.0; COLS]; ROWS];
     for (j, (p, _)) in group.iter().enumerate().take(cols) {

@@ -18,9 +18,9 @@
 
 use std::cmp::Ordering;
 
-use super::surface::{SEPARATOR_WORDS, Side};
+use super::surface::{Side, places};
 use crate::curve::Orientation;
-use crate::point::Point;
+use crate::point::{Array, Point};
 
 /// Number of levels of cells in the plane.
 const LEVELS_OF_PLANE: u32 = 52;
@@ -219,28 +219,35 @@ impl<P: Point> CurveCut<P> {
     }
 
     /// Encodes the cut in the words of a separator. The negative unit distinguishes it from a surface.
-    pub(super) fn to_array(self) -> [f64; SEPARATOR_WORDS] {
-        let mut out = [0.0; SEPARATOR_WORDS];
+    pub(super) fn to_array(self) -> P::SeparatorWords {
+        let n = places::<P>();
+        let mut words = P::SeparatorWords::from_fn(|_| 0.0);
+        let out = words.as_mut();
         for (i, word) in out.iter_mut().enumerate().take(P::DIM) {
             *word = self.cube.low.coord(i);
         }
         let mask = (1 << BITS_OF_WORD) - 1;
-        out[3] = -self.cube.side;
-        out[4] = ((self.position >> BITS_OF_WORD) & mask) as f64;
-        out[8] = (self.position & mask) as f64;
-        out
+        out[n] = -self.cube.side;
+        out[n + 1] = ((self.position >> BITS_OF_WORD) & mask) as f64;
+        out[2 * n + 2] = (self.position & mask) as f64;
+        words
     }
 
-    /// Decodes [`CurveCut::to_array`]. Returns `None` unless the cube and the position are valid.
-    pub(super) fn from_array(words: &[f64; SEPARATOR_WORDS]) -> Option<Self> {
-        let (low, side) = (P::from_coords(&words[..3]), -words[3]);
+    /// Decodes [`CurveCut::to_array`]. Returns `None` unless the cube and the position are valid, and above three dimensions,
+    /// where there is no curve.
+    pub(super) fn from_array(words: &[f64]) -> Option<Self> {
+        let n = places::<P>();
+        if words.len() != 2 * n + 3 || P::DIM > 3 {
+            return None;
+        }
+        let (low, side) = (P::from_coords(&words[..n]), -words[n]);
         let exponent = (side.to_bits() >> 52) as i32 - 1023;
         let power = side > 0.0 && side.to_bits().trailing_zeros() >= 52 && exponent.abs() <= MOST_EXPONENT;
         let whole = |word: f64| {
             let fits = (0.0..(1u64 << BITS_OF_WORD) as f64).contains(&word) && word.fract() == 0.0;
             fits.then_some(word as u128)
         };
-        let position = whole(words[4])? << BITS_OF_WORD | whole(words[8])?;
+        let position = whole(words[n + 1])? << BITS_OF_WORD | whole(words[2 * n + 2])?;
         let inside = position > 0 && position >> (levels::<P>() * P::DIM as u32) == 0;
         let finite = words.iter().all(|w| w.is_finite());
         (finite && power && inside).then_some(CurveCut { cube: CurveCube { low, side }, position })
@@ -351,7 +358,7 @@ mod tests {
             let drawn = cut_curve(key(3), None, &points, &mut Cost::default());
             let Some(s) = drawn.separator else { panic!("{name}: {drawn:?}") };
             assert!((ratio(&s, &points) - drawn.estimated_ratio).abs() < 1e-12, "{name}");
-            assert_eq!(Separator::from_array(&s.to_array()), Some(s), "{name}");
+            assert_eq!(Separator::from_array(s.to_array().as_ref()), Some(s), "{name}");
             assert!(drawn.kind != DrawKind::Curve || drawn.estimated_ratio <= split_bound::<P>(), "{name}");
         }
         let one = vec![P::splat(1.0); 9];

@@ -1,7 +1,7 @@
 //! A separator of any kind: a surface, or a cut of a curve.
 
 use super::curve_cut::{CurveCube, CurveCut};
-use super::surface::{Quadric, SEPARATOR_WORDS, Side, Surface};
+use super::surface::{Quadric, Side, Surface, places};
 use crate::point::Point;
 
 /// A separator: the interior points, the others, and a one-sided crossing test.
@@ -104,9 +104,12 @@ impl<P: Point> Separator<P> {
         }
     }
 
+    /// The number of numbers that encode a separator: 9, and `2 DIM + 3` above three dimensions.
+    pub const WORDS: usize = 2 * places::<P>() + 3;
+
     /// Encodes the separator as numbers: origin (3), unit, a, b (3), c of a surface; for a cut of a curve, the low corner of
-    /// the cube (3), minus its side, and the position on the curve in the places of `a` and `c`.
-    pub fn to_array(&self) -> [f64; SEPARATOR_WORDS] {
+    /// the cube (3), minus its side, and the position on the curve in the places of `a` and `c`. Above three dimensions, `DIM` replaces 3.
+    pub fn to_array(&self) -> P::SeparatorWords {
         match self {
             Separator::Quadric(surface) => surface.to_array(),
             Separator::Curve(cut) => cut.to_array(),
@@ -114,8 +117,8 @@ impl<P: Point> Separator<P> {
     }
 
     /// Decodes [`Separator::to_array`]. Returns `None` if the numbers do not describe a separator.
-    pub fn from_array(words: &[f64; SEPARATOR_WORDS]) -> Option<Self> {
-        if words[3] < 0.0 {
+    pub fn from_array(words: &[f64]) -> Option<Self> {
+        if words.get(places::<P>()).is_some_and(|&unit| unit < 0.0) {
             CurveCut::from_array(words).map(Separator::Curve)
         } else {
             Quadric::from_array(words).map(Separator::Quadric)

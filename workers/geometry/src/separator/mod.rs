@@ -53,7 +53,7 @@ pub use key::DrawKey;
 pub use kinds::Separator;
 pub use method::Ablation;
 pub use sampler::{LEAST_SAMPLES, MOST_SAMPLES, SAMPLE_TARGET, Sampler, node_samples};
-pub use surface::{Quadric, SEPARATOR_WORDS, Side, Surface};
+pub use surface::{Quadric, Side, Surface};
 
 #[cfg(test)]
 mod tests;

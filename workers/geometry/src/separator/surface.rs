@@ -6,7 +6,7 @@
 //!
 //! **Work and depth.** O(1) for each test.
 
-use crate::point::Point;
+use crate::point::{Array, Point};
 use crate::simd::widest;
 
 /// The two sides of a separator.
@@ -63,8 +63,10 @@ pub enum Surface<P> {
     },
 }
 
-/// Number of floats that encode a separator in either dimension. In the plane, two of them are zero.
-pub const SEPARATOR_WORDS: usize = 9;
+/// Number of places for the coordinates of a vector in the encoding of a separator: that of space, also in the plane.
+pub(super) const fn places<P: Point>() -> usize {
+    if P::DIM > 3 { P::DIM } else { 3 }
+}
 
 /// Relative slack of the crossing test: 128 unit roundoffs, derived at [`Quadric::crosses`].
 const SLACK: f64 = 64.0 * f64::EPSILON;
@@ -270,24 +272,30 @@ impl<P: Point> Quadric<P> {
         radius.is_finite().then_some(radius)
     }
 
-    /// Encodes the surface as numbers: origin (3), unit, a, b (3), c.
-    pub fn to_array(&self) -> [f64; SEPARATOR_WORDS] {
-        let mut out = [0.0; SEPARATOR_WORDS];
+    /// Encodes the surface as numbers: origin (3), unit, a, b (3), c. Above three dimensions, `DIM` replaces 3.
+    pub fn to_array(&self) -> P::SeparatorWords {
+        let n = places::<P>();
+        let mut words = P::SeparatorWords::from_fn(|_| 0.0);
+        let out = words.as_mut();
         for i in 0..P::DIM {
             out[i] = self.origin.coord(i);
-            out[5 + i] = self.b.coord(i);
+            out[n + 2 + i] = self.b.coord(i);
         }
-        out[3] = self.unit;
-        out[4] = self.a;
-        out[8] = self.c;
-        out
+        out[n] = self.unit;
+        out[n + 1] = self.a;
+        out[2 * n + 2] = self.c;
+        words
     }
 
-    /// Decodes [`Quadric::to_array`]. Returns `None` unless all numbers are finite, the unit is a positive power of
-    /// two and the surface is not empty.
-    pub fn from_array(words: &[f64; SEPARATOR_WORDS]) -> Option<Self> {
-        let (unit, a, c) = (words[3], words[4], words[8]);
-        let (origin, b) = (P::from_coords(&words[..3]), P::from_coords(&words[5..8]));
+    /// Decodes [`Quadric::to_array`]. Returns `None` unless there are as many numbers, all are finite, the unit is a positive
+    /// power of two and the surface is not empty.
+    pub fn from_array(words: &[f64]) -> Option<Self> {
+        let n = places::<P>();
+        if words.len() != 2 * n + 3 {
+            return None;
+        }
+        let (unit, a, c) = (words[n], words[n + 1], words[2 * n + 2]);
+        let (origin, b) = (P::from_coords(&words[..n]), P::from_coords(&words[n + 2..2 * n + 2]));
         let power = unit >= f64::MIN_POSITIVE && unit.to_bits().trailing_zeros() >= 52;
         let surface = b.norm2() - 4.0 * a * c > 0.0;
         let finite = words.iter().all(|w| w.is_finite());

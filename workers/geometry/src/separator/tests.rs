@@ -148,7 +148,7 @@ fn nasty_sets_split<P: Point>() {
             planes += usize::from(drawn.kind != DrawKind::Sphere);
             worst = worst.max(ratio(&s, &points));
             assert_eq!(ratio(&s, &points), drawn.estimated_ratio, "{name}");
-            assert_eq!(Separator::from_array(&s.to_array()), Some(s), "{name}");
+            assert_eq!(Separator::from_array(s.to_array().as_ref()), Some(s), "{name}");
         }
         println!("{name} dim {}: worst {worst:.3}, planes {planes} of 20", P::DIM);
         assert!(worst <= split_bound::<P>(), "{name}: {worst}");

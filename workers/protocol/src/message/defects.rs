@@ -4,7 +4,7 @@
 
 use septet_geometry::point::Point;
 use septet_geometry::range::Digits;
-use septet_geometry::separator::SEPARATOR_WORDS;
+use septet_geometry::separator::Separator;
 
 use super::{
     Body, Child, Crossings, Decision, Merged, PointBatch, Route, RouteBatch, SampleStars, SetCounts,
@@ -113,7 +113,7 @@ impl<P: Point> SplitBatch<P> {
     fn defect(&self, ranks: u32) -> Option<&'static str> {
         let nodes = self.nodes.len();
         let has_columns = self.interior.len() == nodes
-            && self.separators.len() == nodes * SEPARATOR_WORDS
+            && self.separators.len() == nodes * Separator::<P>::WORDS
             && self.boxes.len() == nodes * 4;
         unless(has_columns, COLUMNS)
             .or_else(|| of_ranks(ranks, &self.interior))

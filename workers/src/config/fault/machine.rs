@@ -5,7 +5,7 @@ use std::panic::panic_any;
 use septet_geometry::hash::mix;
 use septet_geometry::hull::LargeStars;
 use septet_geometry::point::{Point, dist2};
-use septet_geometry::separator::{Ablation, SEPARATOR_WORDS, Separator};
+use septet_geometry::separator::{Ablation, Separator};
 use septet_protocol::ids::{NodeId, Phase, Rank};
 use septet_protocol::transport::TransportError;
 
@@ -41,11 +41,12 @@ impl Fault {
         // The squared radius is midway between those of the last sample inside and of the first sample outside.
         let inside = (distances.len() / 20).max(1);
         let radius = (0.5 * (distances[inside - 1] + distances.get(inside)?)).sqrt();
-        let mut words = [0.0; SEPARATOR_WORDS];
+        let n = P::DIM.max(3);
+        let mut words = vec![0.0; Separator::<P>::WORDS];
         for (i, word) in words.iter_mut().enumerate().take(P::DIM) {
             *word = centre.coord(i);
         }
-        (words[3], words[4], words[8]) = (1.0, 0.5 / radius, -0.5 * radius);
+        (words[n], words[n + 1], words[2 * n + 2]) = (1.0, 0.5 / radius, -0.5 * radius);
         Separator::from_array(&words)
     }
 

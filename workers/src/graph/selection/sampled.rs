@@ -19,8 +19,8 @@ use crate::neighbours::results::Nearest;
 use crate::state::cells::finite_cell;
 use crate::state::table::Table;
 
-/// The largest number of points that a sampled star searches for, in the plane and in space.
-pub(super) const MOST_CANDIDATES: [u32; 2] = [30, 60];
+/// The largest number of points that a sampled star searches for, in the plane, in space and in dimensions 4 to 6.
+pub(super) const MOST_CANDIDATES: [u32; 5] = [30, 60, 120, 240, 480];
 
 /// Builds the stars of a sample.
 pub(super) struct Sampled<'a, P: Point> {

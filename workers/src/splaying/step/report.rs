@@ -121,7 +121,7 @@ impl<P: Point> StarStep<'_, P> {
             against.clear();
             tools.witnesses.append_inside(positions, cell, against, &mut sweep);
             sweep.visit();
-            let at = circumcentre(&corners(table, cell)[..=P::DIM]);
+            let at = circumcentre(&corners(table, cell).as_ref()[..=P::DIM]);
             let place = |v: u32| &positions[v as usize];
             let power = |v: u32| dist2(*place(v), at) - place(v).weight();
             let deepest = against.iter().copied().min_by(|&a, &b| {

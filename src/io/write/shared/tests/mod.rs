@@ -81,6 +81,7 @@ fn apart(points: &Points, workers: u32, count: u32) -> Vec<Own> {
     match points {
         Points::Plane(points) => run_apart(points, Points::Plane, workers, count),
         Points::Space(points) => run_apart(points, Points::Space, workers, count),
+        Points::Higher(_) => unreachable!("sets are plane or spatial"),
     }
 }
 
@@ -90,6 +91,7 @@ fn alone(points: &Points, workers: u32) -> Outcome {
     match points {
         Points::Plane(points) => septet_core::triangulate(points, &spec).unwrap(),
         Points::Space(points) => septet_core::triangulate(points, &spec).unwrap(),
+        Points::Higher(_) => unreachable!("sets are plane or spatial"),
     }
 }
 

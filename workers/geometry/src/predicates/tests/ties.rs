@@ -63,7 +63,7 @@ fn ties_of_the_last_stage_are_the_same() {
             let signs = expansion::conflict(&cell, q);
             assert_eq!(signs.det, exact::in_sphere(&cell, q));
             if signs.det == Sign::Zero {
-                assert_eq!(tie::conflicts(&cell, q, signs.cofactors), exact::conflicts(&cell, q));
+                assert_eq!(tie::conflicts(&cell, q, &signs.cofactors), exact::conflicts(&cell, q));
             }
         }
     }

@@ -94,6 +94,8 @@ fn in_space(points: Points) -> Vec<DVec3> {
     match points {
         Points::Plane(points) => points.iter().map(|point| point.extend(0.0)).collect(),
         Points::Space(points) => points,
+        // The points of a grid have three coordinates.
+        Points::Higher(_) => Vec::new(),
     }
 }
 
