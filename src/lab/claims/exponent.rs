@@ -170,7 +170,7 @@ fn separated(
 
 /// Returns the exponent of `|B_O|` in m over all nodes of at least [`SMALLEST`] points. A node has m points, and the
 /// balls of `B_O` cross its separator.
-fn exponent(runs: &[Counted]) -> Option<Estimate> {
+pub(super) fn exponent(runs: &[Counted]) -> Option<Estimate> {
     let mut rows = Vec::new();
     for (cluster, run) in (0..).zip(runs) {
         for node in run.splits().filter(|node| node.facts.population >= SMALLEST) {

@@ -372,7 +372,9 @@ fn counts_of(points: &Points, until: Option<Until>, spec: &Spec) -> Result<Outco
     Ok(match points {
         Points::Plane(points) => count(points, until, spec)?,
         Points::Space(points) => count(points, until, spec)?,
-        Points::Higher(points) => return Err(not_in_space(points)),
+        Points::Higher(HigherPoints::Four(points)) => count(points, until, spec)?,
+        Points::Higher(HigherPoints::Five(points)) => count(points, until, spec)?,
+        Points::Higher(HigherPoints::Six(points)) => count(points, until, spec)?,
     })
 }
 

@@ -1,10 +1,10 @@
 //! Section 2 and Lemma 4.5: the depth of one level does not depend on the number of points of its nodes.
 
-use crate::experiment::fit::{ClusterRow, clustered};
+use crate::experiment::fit::{ClusterRow, Estimate, clustered};
 
 use super::bounds::LEVELS;
 use super::claim::LEVEL;
-use super::counted::NodeCounts;
+use super::counted::{Counted, NodeCounts};
 use super::lab::Lab;
 use super::sweeps::{Sweep, lists, recursions, trees};
 use super::{Claim, ClaimError, Figure, Reading, Role, Statistics};
@@ -64,19 +64,24 @@ fn depth(node: &NodeCounts, phase: &str) -> Option<f64> {
 /// Returns the figure of the growth of a level. It has no value if fewer than three runs have nodes of at least
 /// [`CAPPED`] points.
 fn slope(sweep: &Sweep, phase: &str, seed: u64) -> Figure {
-    let mut rows = Vec::new();
-    for (cluster, run) in (0..).zip(sweep.runs.iter()) {
-        for node in run.splits().filter(|node| node.facts.population >= CAPPED) {
-            let Some(y) = depth(node, phase) else { continue };
-            rows.push(ClusterRow { cluster, columns: vec![(node.facts.population as f64).log2()], y });
-        }
-    }
-    let slope = clustered(&rows, 1);
+    let slope = growth(&sweep.runs, phase);
     let estimate = slope.map_or(f64::NAN, |slope| slope.value);
     let what = format!("steps of {phase} per doubling of a node, estimated {estimate:.3}");
     let figure =
         Figure::at_most(what, &sweep.name, seed, slope.map_or(f64::NAN, |slope| slope.upper()), STEPS);
     figure.with_p(slope.map_or(f64::NAN, |slope| slope.p_below(STEPS)))
+}
+
+/// Returns the slope of the depth of a level against log2 of the points of its nodes, over nodes of at least [`CAPPED`] points.
+pub(super) fn growth(runs: &[Counted], phase: &str) -> Option<Estimate> {
+    let mut rows = Vec::new();
+    for (cluster, run) in (0..).zip(runs) {
+        for node in run.splits().filter(|node| node.facts.population >= CAPPED) {
+            let Some(y) = depth(node, phase) else { continue };
+            rows.push(ClusterRow { cluster, columns: vec![(node.facts.population as f64).log2()], y });
+        }
+    }
+    clustered(&rows, 1)
 }
 
 /// The split nodes with fewer points than `below`, in a phase.

@@ -20,6 +20,7 @@ mod choice;
 mod claim;
 mod counted;
 mod depth_law;
+mod dimensions;
 mod distance;
 mod error;
 mod exact_counts;
@@ -69,7 +70,7 @@ pub use report::{CheckedClaim, ClaimReport, SCHEMA};
 
 /// Returns all claims, in the paper's order.
 pub fn registry() -> impl Iterator<Item = &'static Claim> {
-    let groups: [&'static [Claim]; 26] = [
+    let groups: [&'static [Claim]; 27] = [
         separators::CLAIMS,
         exponent::CLAIMS,
         ball_order::CLAIMS,
@@ -83,6 +84,7 @@ pub fn registry() -> impl Iterator<Item = &'static Claim> {
         own_spheres::CLAIMS,
         replication::CLAIMS,
         torus::CLAIMS,
+        dimensions::CLAIMS,
         tree::CLAIMS,
         level_depth::CLAIMS,
         depth_law::CLAIMS,
