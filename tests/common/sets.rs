@@ -15,7 +15,7 @@ fn generated(kind: Kind, n: u64, dimension: usize, seed: u64) -> Points {
 pub fn space(kind: Kind, n: u64, seed: u64) -> Vec<DVec3> {
     match generated(kind, n, 3, seed) {
         Points::Space(points) => points,
-        Points::Plane(_) => unreachable!(),
+        Points::Plane(_) | Points::Higher(_) => unreachable!(),
     }
 }
 
@@ -23,7 +23,7 @@ pub fn space(kind: Kind, n: u64, seed: u64) -> Vec<DVec3> {
 pub fn plane(kind: Kind, n: u64, seed: u64) -> Vec<DVec2> {
     match generated(kind, n, 2, seed) {
         Points::Plane(points) => points,
-        Points::Space(_) => unreachable!(),
+        Points::Space(_) | Points::Higher(_) => unreachable!(),
     }
 }
 
