@@ -25,13 +25,15 @@
 //! again.
 
 #[doc(inline)]
-pub use septet_core::model::Points;
+pub use septet_core::model::{HigherPoints, Points};
 #[doc(inline)]
 pub use septet_core::{
     Accounting, Door, Error, Outcome, Refutation, Remedy, Spec, independent, simulate, triangulate,
 };
 #[doc(inline)]
 pub use septet_geometry::coordinates::Coordinates;
+#[doc(inline)]
+pub use septet_geometry::higher::VecN;
 #[doc(inline)]
 pub use septet_geometry::site::Weighted;
 #[doc(inline)]

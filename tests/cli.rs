@@ -10,6 +10,9 @@ use std::time::{Duration, Instant};
 use serde_json::Value;
 use tempfile::TempDir;
 
+#[path = "cli/dimensions.rs"]
+mod dimensions;
+
 #[path = "cli/effects.rs"]
 mod effects;
 

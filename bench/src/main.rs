@@ -103,7 +103,7 @@ fn timed(setting: &Arguments) -> Result<(), Failure> {
     match &set.points {
         Points::Plane(points) => report(points, &config, setting),
         Points::Space(points) => report(points, &config, setting),
-        Points::Higher(_) => unreachable!("sets are plane or spatial"),
+        Points::Higher(_) => Err("only sets of dimensions 2 and 3".into()),
     }
 }
 

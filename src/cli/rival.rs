@@ -124,7 +124,7 @@ pub fn run(args: &RivalArgs, talk: &Talk) -> Result<(), Failure> {
         Points::Space(points) => compare(points, (rival, &name, args.against), &spec, talk),
         Points::Higher(points) => {
             let dimension = points.slice().dimension();
-            Err(SpecError::OnlySpace { what: "comparisons", dimension }.into())
+            Err(septet_core::Error::from(SpecError::OnlySpace { what: "comparisons", dimension }))
         }
     };
     let report = report.map_err(|e| placed(e, &loaded.files, &name, |point| loaded.row(point)))?;

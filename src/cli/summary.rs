@@ -8,7 +8,7 @@ use septet_io::read::FileList;
 use septet_io::without_gz;
 use septet_lab::report::{PeriodicReport, RunReport};
 
-use super::text::{bytes, counted, grouped, name, seconds};
+use super::text::{bytes, cell_noun, counted, grouped, name, seconds};
 
 /// Formats a line of a summary: a label, then the text.
 pub fn row(label: &str, text: impl AsRef<str>) -> String {
@@ -27,7 +27,7 @@ pub fn written(files: &[PathBuf]) -> Vec<String> {
 
 /// Formats the summary of a run. `is_sample` is `true` if its points were generated.
 pub fn of_run(report: &RunReport, is_sample: bool) -> Vec<String> {
-    let cell = if report.space == 2 { "triangle" } else { "tetrahedron" };
+    let cell = cell_noun(report.space);
     let [points, cells, hull] =
         [(report.points.used, "point"), (report.simplices, cell), (report.hull_facets, "hull facet")]
             .map(|(count, noun)| counted(count, noun));
@@ -55,7 +55,7 @@ pub fn of_run(report: &RunReport, is_sample: bool) -> Vec<String> {
     lines
 }
 
-/// Counts the edges, and in space the facets. Returns `None` without cells, or if the certificate failed.
+/// Counts the edges, in space also the facets, and above three dimensions only the facets. Returns `None` without cells, or if the certificate failed.
 ///
 /// Each facet has two cells, or one on the hull. A triangulation of a ball in space has `V - E + F - T = 1` (Euler).
 fn faces(report: &RunReport) -> Option<String> {
@@ -66,6 +66,10 @@ fn faces(report: &RunReport) -> Option<String> {
     let facets = u64::midpoint((report.space as u64 + 1) * cells, report.hull_facets);
     if report.space == 2 {
         return Some(counted(facets, "edge"));
+    }
+    if report.space > 3 {
+        // Euler's formula leaves the numbers of other faces open.
+        return Some(counted(facets, "facet"));
     }
     if let Some(periodic) = &report.periodic {
         // The Euler characteristic of a torus is 0.
@@ -158,12 +162,12 @@ fn baselines(report: &RunReport) -> Option<String> {
     (!both.is_empty()).then(|| row("baseline", both.join(", ")))
 }
 
-/// Suggests the next step after `septet triangulate` or `septet simulate`. `reading` are the options to read the input again,
+/// Suggests the next step after `septet triangulate` or `septet simulate` in a space of `space` dimensions. `reading` are the options to read the input again,
 /// and `terrain` the one to read the outputs.
 pub fn next_step(
     input: &str,
     (reading, terrain): (&str, &str),
-    outputs: &[PathBuf],
+    (outputs, space): (&[PathBuf], usize),
     json: Option<&Path>,
 ) -> String {
     let plain = |text: &str| !text.contains(char::is_whitespace) && !text.contains(char::is_control);
@@ -195,6 +199,9 @@ pub fn next_step(
                 "check the cells independently: septet verify {points}{}{reading}{terrain}",
                 cells.display()
             )
+        }
+        (..) if outputs.is_empty() && space > 3 => {
+            "add -o cells.npy to write the cells, or --json run.json for all counts".to_owned()
         }
         (..) if outputs.is_empty() && input != "-" && plain(input) => {
             "add -o mesh.vtu to write the cells, or --json run.json for all counts".to_owned()
@@ -252,20 +259,23 @@ mod tests {
             ("a b.msh", "septet verify POINTS CELLS"),
             ("a.stl", "septet verify POINTS CELLS"),
         ] {
-            let text = next_step("p.xyz", ("", ""), &[output.into()], None);
+            let text = next_step("p.xyz", ("", ""), (&[output.into()], 3), None);
             assert!(text.contains(expected), "{text}");
         }
         let json = Some(Path::new("run.json"));
-        let raw = next_step("p.raw", (" --raw f64,3", " --terrain"), &["a.npy".into()], None);
+        let raw = next_step("p.raw", (" --raw f64,3", " --terrain"), (&["a.npy".into()], 3), None);
         assert!(raw.contains("septet verify p.raw a.npy --raw f64,3 --terrain"), "{raw}");
-        let tin = next_step("p.xyz", ("", " --terrain"), &["a.vtu".into()], None);
+        let tin = next_step("p.xyz", ("", " --terrain"), (&["a.vtu".into()], 3), None);
         assert!(tin.ends_with("septet verify a.vtu --terrain"), "{tin}");
-        let tin = next_step("p.xyz", ("", " --terrain"), &["a.obj".into()], None);
+        let tin = next_step("p.xyz", ("", " --terrain"), (&["a.obj".into()], 3), None);
         assert!(tin.ends_with("septet verify a.obj --terrain"), "{tin}");
-        let set = next_step("p.raw", (" --raw f64,3", " --terrain"), &["a.ele".into()], None);
+        let set = next_step("p.raw", (" --raw f64,3", " --terrain"), (&["a.ele".into()], 3), None);
         assert!(set.ends_with("septet verify a.node a.ele"), "{set}");
-        assert!(next_step("p.xyz", ("", ""), &[], json).contains("septet report run.json -o report.html"));
-        assert!(next_step("-", ("", ""), &["a.npy".into()], None).contains("POINTS CELLS"));
-        assert!(next_step("p.xyz", ("", ""), &[], None).contains("-o mesh.vtu"));
+        assert!(
+            next_step("p.xyz", ("", ""), (&[], 3), json).contains("septet report run.json -o report.html")
+        );
+        assert!(next_step("-", ("", ""), (&["a.npy".into()], 3), None).contains("POINTS CELLS"));
+        assert!(next_step("p.xyz", ("", ""), (&[], 3), None).contains("-o mesh.vtu"));
+        assert!(next_step("p.npy", ("", ""), (&[], 4), None).contains("-o cells.npy"));
     }
 }

@@ -16,10 +16,22 @@ fn plural(noun: &str) -> String {
         Some((adjective, noun)) => format!("{adjective} {}", plural(noun)),
         None => match noun {
             "tetrahedron" => "tetrahedra".to_owned(),
+            "4-simplex" | "5-simplex" | "6-simplex" => noun.replace("simplex", "simplices"),
             "vertex" => "vertices".to_owned(),
             "circumcentre" => "circumcentres".to_owned(),
             _ => format!("{noun}s"),
         },
+    }
+}
+
+/// Returns the noun for a cell in a space of 2 to 6 dimensions.
+pub fn cell_noun(space: usize) -> &'static str {
+    match space {
+        2 => "triangle",
+        3 => "tetrahedron",
+        4 => "4-simplex",
+        5 => "5-simplex",
+        _ => "6-simplex",
     }
 }
 
@@ -143,6 +155,7 @@ mod tests {
 
     #[test]
     fn nouns_agree_with_their_numbers() {
+        assert_eq!(counted(7u64, cell_noun(4)), "7 4-simplices");
         assert_eq!(counted(1u64, "tetrahedron"), "1 tetrahedron");
         assert_eq!(counted(0u64, "worker"), "0 workers");
         assert_eq!(counted(12_345usize, "tetrahedron"), "12,345 tetrahedra");

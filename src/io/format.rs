@@ -148,7 +148,7 @@ formats! {
     Npy {
         extensions: &["npy"],
         roles: &[
-            (Role::Points, "numbers (n, 2) or (n, 3), or fields x, y, z"),
+            (Role::Points, "numbers (n, 2) to (n, 6), or fields x, y, z"),
             (Role::Cells, "integer (m, 3) or (m, 4)"),
             (Role::Sizes, ""),
             (Role::Weights, "(n,) or (n, 1), or a column"),

@@ -16,6 +16,9 @@ mod constants;
 
 mod degenerate;
 
+#[cfg(feature = "dimensions")]
+mod dimensions;
+
 mod distributed;
 
 mod equality;

@@ -51,7 +51,7 @@ pub fn cgal(name: &str) -> PathBuf {
 }
 
 /// Runs a checker on points and cells; it says what it found.
-fn run_checker<P: Point>(mut command: Command, points: &[P], run: &Outcome, general: bool, what: &str) {
+pub fn run_checker<P: Point>(mut command: Command, points: &[P], run: &Outcome, general: bool, what: &str) {
     let directory = tempfile::tempdir().unwrap();
     let file = |name: &str| directory.path().join(name);
     let bytes: Vec<u8> = coordinates(points).iter().flat_map(|c| c.to_le_bytes()).collect();
@@ -145,7 +145,7 @@ fn cgal_agrees_on_real_data() {
         match points {
             Points::Plane(points) => by_cgal(&points, false, &name),
             Points::Space(points) => by_cgal(&points, false, &name),
-            Points::Higher(_) => unreachable!("the data are plane or spatial"),
+            Points::Higher(_) => unreachable!("the data are in the plane and in space"),
         }
     }
 }

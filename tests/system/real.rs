@@ -26,7 +26,7 @@ fn five_workers_triangulate_meshes_and_scans_like_one() {
         match points {
             Points::Plane(points) => one_and_five(&name, &points),
             Points::Space(points) => one_and_five(&name, &points),
-            Points::Higher(_) => unreachable!("the data are plane or spatial"),
+            Points::Higher(_) => unreachable!("the data are in the plane and in space"),
         }
     }
 }

@@ -185,7 +185,11 @@ fn summary(run: &RunData, out: &mut String) {
     let get = |pointer: &str| run.number(pointer);
     let say = |pointer: &str| get(pointer).map_or_else(|| "–".to_owned(), grouped);
     let word = |pointer: &str| run.value.pointer(pointer).map_or("", text).to_owned();
-    let cell = if run.space() == 2.0 { "triangles" } else { "tetrahedra" };
+    let cell = match run.space() as usize {
+        2 => "triangles",
+        3 => "tetrahedra",
+        _ => "cells",
+    };
     out.push_str("<section id=\"summary\" aria-label=\"Summary of the run\">\n<dl class=\"cards\">\n");
     let duplicates = format!("{} duplicate, {} refused", say("/points/duplicate"), say("/points/refused"));
     card(out, "points", &say("/points/used"), &duplicates);

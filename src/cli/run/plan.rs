@@ -115,6 +115,11 @@ impl<'a> Plan<'a> {
     /// See [`check_dimension`].
     pub(super) fn check_dimension(&self, dimension: usize, team: &mut Team<'_>) -> Result<(), Failure> {
         let args = self.goal.args();
+        if dimension > 3 && self.goal.has_stats() {
+            let message =
+                format!("--stats: the numbers exist in dimensions 2 and 3, not in dimension {dimension}");
+            return team.agree(Err(Failure::new(Code::Usage, message).help("omit --stats")));
+        }
         let options = args.writing.options();
         let mut outputs = args.output.iter();
         team.agree(outputs.try_for_each(|output| Ok(check_dimension(output, &options, dimension)?)))

@@ -140,7 +140,8 @@ impl Rows {
         let (args, points) = (plan.goal.args(), &self.held.points);
         let counted = plan.goal.task() == Task::Simulate;
         spec.recursion.spacing = self.spacing;
-        if team.is_alone() && args.json.is_some() && spec.input.periodic.is_none() {
+        let has_picture = spec.input.periodic.is_none() && points.dimension() <= 3;
+        if team.is_alone() && args.json.is_some() && has_picture {
             spec.keep.view = spec.keep.view.or((counted || plan.goal.has_stats()).then_some(MOST_POINTS));
         }
         spec.control.cancel = Some(talk.cancel.clone());

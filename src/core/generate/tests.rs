@@ -206,7 +206,9 @@ fn rows_are_generated_separately() {
     ];
     let bits = |points: &Points| points.coordinates().iter().map(|x| x.to_bits()).collect::<Vec<_>>();
     for kind in Kind::all() {
-        for (dimension, n) in [2, 3].into_iter().flat_map(|d| [0, 1, 2, 9, 40, 700].map(|n| (d, n))) {
+        let usual = [2, 3].into_iter().flat_map(|d| [0, 1, 2, 9, 40, 700].map(|n| (d, n)));
+        let higher = if kind.is_of_any_dimension() { &[(4, 40), (5, 9), (6, 40)][..] } else { &[] };
+        for (dimension, n) in usual.chain(higher.iter().copied()) {
             let ask = Request { seed: n + 5, ..request(kind, n, dimension, None) };
             let found = SeparateRows::of(&ask).unwrap();
             assert_eq!(found.is_some(), separate.contains(&kind), "{kind}");
@@ -279,8 +281,20 @@ fn samples_are_parsed() {
 #[test]
 fn impossible_requests_are_rejected() {
     let refusal = |request: Request| generate(&request, &mut |_, _, _| {}).unwrap_err();
-    let dimension = refusal(request(Kind::Uniform, 10, 4, None));
-    assert!(matches!(dimension, GenerateError::Dimension(4)));
+    let dimension = refusal(request(Kind::Uniform, 10, 7, None));
+    assert!(matches!(dimension, GenerateError::Dimension(7)));
+    for kind in Kind::all() {
+        for dimension in 4..=6 {
+            let ask = request(kind, 60, dimension, None);
+            if kind.is_of_any_dimension() {
+                let set = made(&ask);
+                assert_eq!(set.points.dimension(), dimension, "{kind}");
+                assert!(set.points.coordinates().iter().all(|x| (0.0..=1.0).contains(x)), "{kind}");
+            } else {
+                assert!(matches!(refusal(ask), GenerateError::KindOfSpace { .. }), "{kind}");
+            }
+        }
+    }
     for constant in [0.0, 1.0, -0.5, 2.0, f64::NAN] {
         let refused = refusal(request(Kind::GradedLine, 10, 3, Some(constant)));
         assert!(matches!(refused, GenerateError::Lipschitz(_)));
@@ -316,7 +330,7 @@ fn shells_end_with_the_exact_range() {
         let exact = match made(&ask).points {
             Points::Plane(points) => Digits::of(&points).unwrap().exponent(&points).is_ok(),
             Points::Space(points) => Digits::of(&points).unwrap().exponent(&points).is_ok(),
-            Points::Higher(points) => panic!("{points:?}"),
+            Points::Higher(_) => unreachable!("shells are in space"),
         };
         assert!(exact, "{ratio}");
         let more = generate(&Request { n: 24 * most + 1, ..ask }, &mut |_, _, _| {}).unwrap_err();

@@ -90,7 +90,7 @@ pub struct Settled {
 pub struct Facts {
     /// What the run computed.
     pub task: Task,
-    /// Number of coordinates: 2 or 3.
+    /// Number of coordinates: 2 to 6.
     pub space: usize,
     /// Dimension of the affine hull of the points; -1 for no points. If it is less than `space`, there are no cells.
     pub dimension: isize,

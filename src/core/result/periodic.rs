@@ -1,7 +1,5 @@
 //! The part of a result that only runs in periodic boxes have.
 
-use std::sync::OnceLock;
-
 use septet_workers::config::cores::sort_rows;
 
 /// A vector of whole numbers of lengths of a box; 0 in the third place in the plane.
@@ -53,18 +51,25 @@ pub struct PeriodicCells {
     pub(crate) vertices: u64,
     /// Number of coordinates.
     space: usize,
-    /// The packed vertices of all cells.
+    /// The packed vertices of all cells, in canonical order.
     packed: Vec<u64>,
     /// The numbers of lengths from each row to its base site. Empty if they are 0.
     steps: Vec<Steps>,
-    sorted: OnceLock<Vec<u64>>,
 }
 
 impl PeriodicCells {
     /// Collects packed cells.
-    pub(crate) fn new(packed: Vec<u64>, steps: Vec<Steps>, space: usize) -> Self {
-        let (sheets, sorted) = (Vec::new(), OnceLock::new());
-        PeriodicCells { is_simplicial: false, sheets, images: 0, vertices: 0, space, packed, steps, sorted }
+    pub(crate) fn new(mut packed: Vec<u64>, steps: Vec<Steps>, space: usize) -> Self {
+        sort_rows(&mut packed, space + 1);
+        PeriodicCells {
+            is_simplicial: false,
+            sheets: Vec::new(),
+            images: 0,
+            vertices: 0,
+            space,
+            packed,
+            steps,
+        }
     }
 
     /// Returns the number of cells.
@@ -74,7 +79,7 @@ impl PeriodicCells {
 
     /// Returns the rows of the vertices of all cells, in canonical order.
     pub fn rows(&self) -> Vec<u64> {
-        self.sorted().iter().map(|&word| u64::from(Vertex::unpack(word).row)).collect()
+        self.packed.iter().map(|&word| u64::from(Vertex::unpack(word).row)).collect()
     }
 
     /// Returns the offset of each vertex of the cells in canonical order: `space` whole numbers of lengths. The vertex lies
@@ -82,7 +87,7 @@ impl PeriodicCells {
     pub fn offsets(&self) -> Vec<i32> {
         let mut offsets = Vec::with_capacity(self.packed.len() * self.space);
         let own = |row: u32| self.steps.get(row as usize).copied().unwrap_or_default();
-        for cell in self.sorted().chunks_exact(self.space + 1) {
+        for cell in self.packed.chunks_exact(self.space + 1) {
             let first = own(Vertex::unpack(cell[0]).row);
             for &word in cell {
                 let Vertex { row, steps } = Vertex::unpack(word);
@@ -91,13 +96,5 @@ impl PeriodicCells {
             }
         }
         offsets
-    }
-
-    fn sorted(&self) -> &[u64] {
-        self.sorted.get_or_init(|| {
-            let mut sorted = self.packed.clone();
-            sort_rows(&mut sorted, self.space + 1);
-            sorted
-        })
     }
 }

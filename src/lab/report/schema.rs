@@ -47,11 +47,11 @@ pub struct RunReport {
     /// The periodic box and the triangulation in it; absent without one.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub periodic: Option<PeriodicReport>,
-    /// Number of coordinates: 2 or 3.
+    /// Number of coordinates: 2 to 6.
     pub space: usize,
     /// Dimension of the affine hull of the points; -1 for no points. If it is below `space`, there are no simplices.
     pub dimension: isize,
-    /// Number of triangles or tetrahedra.
+    /// Number of cells: triangles, tetrahedra or simplices of a higher dimension.
     pub simplices: u64,
     /// Number of facets of the convex hull.
     pub hull_facets: u64,

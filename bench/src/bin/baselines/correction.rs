@@ -36,7 +36,7 @@ pub fn table(plan: &Plan) -> Result<Table, Box<dyn Error>> {
                     match &set.points {
                         Points::Plane(points) => sum.add(points, &spec)?,
                         Points::Space(points) => sum.add(points, &spec)?,
-                        Points::Higher(_) => unreachable!("sets are plane or spatial"),
+                        Points::Higher(_) => unreachable!("the plan has dimensions 2 and 3"),
                     }
                 }
                 table.push(sum.row(dimension, n, correction));

@@ -68,7 +68,7 @@ fn both(
             cells.push(match &set.points {
                 Points::Plane(points) => count(points, &spec, &mut counts)?,
                 Points::Space(points) => count(points, &spec, &mut counts)?,
-                Points::Higher(_) => unreachable!("sets are plane or spatial"),
+                Points::Higher(_) => unreachable!("the plan has dimensions 2 and 3"),
             });
         }
         made.push(cells);

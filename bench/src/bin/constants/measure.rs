@@ -41,7 +41,7 @@ impl Sets {
             return match points {
                 Points::Plane(points) => insertion(points, &spec),
                 Points::Space(points) => insertion(points, &spec),
-                Points::Higher(_) => unreachable!("sets are plane or spatial"),
+                Points::Higher(_) => unreachable!("the settings have dimensions 2 and 3"),
             };
         }
         let is_sphere = method == Method::Spheres;
@@ -86,7 +86,7 @@ fn recursion(points: &Points, spec: &Spec) -> Result<Outcome, septet_core::error
     match points {
         Points::Plane(points) => simulate(points, spec),
         Points::Space(points) => simulate(points, spec),
-        Points::Higher(_) => unreachable!("sets are plane or spatial"),
+        Points::Higher(_) => unreachable!("the settings have dimensions 2 and 3"),
     }
 }
 

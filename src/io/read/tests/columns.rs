@@ -56,11 +56,11 @@ fn the_dimension_can_be_chosen() {
         bad_with("a.txt", "1 2\n", &THREE),
         InputError::MixedDimension { expected: 3, found: 2, .. }
     ));
-    let four = ReadOptions { dimension: Some(4), ..PLAIN };
+    let seven = ReadOptions { dimension: Some(7), ..PLAIN };
     assert!(matches!(bad_with("a.txt", "1 2\n", &THREE), InputError::MixedDimension { .. }));
     let mut quiet = |_, _| ();
-    let refused = crate::read::read_from(&b"1 2"[..], Path::new("a.txt"), None, &four, &mut quiet);
-    assert!(matches!(refused, Err(InputError::UnsupportedDimension { found: 4, .. })));
+    let refused = crate::read::read_from(&b"1 2"[..], Path::new("a.txt"), None, &seven, &mut quiet);
+    assert!(matches!(refused, Err(InputError::UnsupportedDimension { found: 7, .. })));
 }
 
 #[test]

@@ -3,6 +3,7 @@
 mod binary;
 mod cells;
 mod columns;
+mod dimensions;
 mod formats;
 mod hostile;
 mod loading;
@@ -90,14 +91,14 @@ fn bad_cells(name: &str, data: impl AsRef<[u8]>) -> InputError {
 fn plane(file: &PointFile) -> Vec<[f64; 2]> {
     match &file.points {
         Points::Plane(points) => points.iter().map(glam::DVec2::to_array).collect(),
-        Points::Space(_) | Points::Higher(_) => panic!("points of another dimension"),
+        other => panic!("points of dimension {}", other.dimension()),
     }
 }
 
 fn space(file: &PointFile) -> Vec<[f64; 3]> {
     match &file.points {
         Points::Space(points) => points.iter().map(glam::DVec3::to_array).collect(),
-        Points::Plane(_) | Points::Higher(_) => panic!("points of another dimension"),
+        other => panic!("points of dimension {}", other.dimension()),
     }
 }
 

@@ -76,7 +76,7 @@ fn columns_are_chosen_by_name_and_by_number() {
     );
     for (text, wanted, part) in [
         (text, &["ra", "nothing"][..], "there is no column nothing"),
-        (text, &["ra"], "1 column instead of two or three"),
+        (text, &["ra"], "1 column instead of two to six"),
         (text, &["7", "1"], "there is no column 7"),
         ("1 2 3\n", &["a", "b"], "not one of 1 to 3"),
         ("a,a,b\n1,2,3\n", &["A", "b"], "more than one"),

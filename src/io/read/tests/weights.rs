@@ -222,7 +222,8 @@ fn arrays_have_a_column_more() {
     for (columns, argument, code, part) in [
         (3, "4", 2, "column 4 is not one of 1 to 3"),
         (3, "w", 2, "column w is not one of 1 to 3"),
-        (5, "5", 3, "an array of shape (1, 5) as points with weights"),
+        (5, "5", 3, "points of dimension 4 have no weights"),
+        (8, "5", 3, "an array of shape (1, 8) as points with weights"),
         (2, "2", 3, "an array of shape (1, 2) as points with weights"),
     ] {
         let (found, text) = refused("a.npy", array(columns, &vec![1.0; columns], false), &weights(argument));
