@@ -17,6 +17,7 @@ fn plural(noun: &str) -> String {
         None => match noun {
             "tetrahedron" => "tetrahedra".to_owned(),
             "vertex" => "vertices".to_owned(),
+            "query" => "queries".to_owned(),
             "circumcentre" => "circumcentres".to_owned(),
             _ => format!("{noun}s"),
         },
