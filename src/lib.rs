@@ -191,6 +191,39 @@ pub mod verify {
     };
 }
 
+/// Questions about a triangulation: neighbours, exact location, nearest vertices, interpolation, Voronoi cells in a box, alpha
+/// shapes.
+///
+/// ```
+/// use glam::DVec2;
+/// use septet::queries::{Method, NONE, Tessellation};
+///
+/// // Three stations and the temperatures there.
+/// let stations = [[0.0, 0.0], [4.0, 0.0], [0.0, 4.0]].map(DVec2::from_array);
+/// let run = septet::triangulate(&stations, &Default::default())?;
+/// let tessellation = Tessellation::new(&stations, &run)?;
+///
+/// let places = [[1.0, 1.0], [4.0, 0.0], [3.0, 3.0]].map(DVec2::from_array);
+/// assert_eq!(tessellation.locate(&places), [0, 0, NONE]);
+/// assert_eq!(tessellation.nearest(&places), [0, 1, 1]);
+/// let weights = tessellation.weights(&places, Method::Sibson);
+/// let temperatures = weights.interpolate(&[10.0, 14.0, 18.0])?;
+/// assert!((temperatures[0] - 13.0).abs() < 1e-12 && temperatures[1] == 14.0 && temperatures[2].is_nan());
+///
+/// let areas = tessellation.voronoi_volumes_in(DVec2::ZERO, DVec2::splat(4.0))?;
+/// assert_eq!(areas, [4.0, 6.0, 6.0]);
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
+pub mod queries {
+    #[doc(inline)]
+    pub use septet_meshing::quality::shapes::{Shape, Shapes};
+    #[doc(inline)]
+    pub use septet_queries::{
+        AlphaFiltration, AlphaShape, Barycentric, Dimension, Method, NONE, QueryError, Ragged, Ridges,
+        Tessellation, Weights,
+    };
+}
+
 /// Meshes of domains.
 ///
 /// ```

@@ -63,6 +63,8 @@ mod process_rows;
 #[path = "cli/processes.rs"]
 mod processes;
 
+#[path = "cli/queries.rs"]
+mod queries;
 #[path = "cli/raw.rs"]
 mod raw;
 

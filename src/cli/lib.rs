@@ -27,6 +27,7 @@ mod page;
 mod predict;
 mod processes;
 mod progress;
+mod queries;
 #[cfg(test)]
 mod remedy_tests;
 mod report;
@@ -120,6 +121,14 @@ enum Command {
     Mesh(mesh::MeshArgs),
     /// Verify any Delaunay triangulation in exact arithmetic.
     Verify(verify::VerifyArgs),
+    /// Find the simplex that contains each query.
+    Locate(queries::LocateArgs),
+    /// Interpolate values of points at queries.
+    Interpolate(queries::InterpolateArgs),
+    /// Measure the Voronoi cells of points in a box.
+    Voronoi(queries::VoronoiArgs),
+    /// Write the alpha shape of points.
+    Alpha(queries::AlphaArgs),
     /// Generate a point set.
     Generate(generate::GenerateArgs),
     /// Create a self-contained HTML page from the reports of runs and meshes.
@@ -303,6 +312,10 @@ fn run(command: Command, talk: &Talk) -> Result<(), Failure> {
         Command::Generate(args) => logged(talk, || generate::run(&args, talk)),
         Command::Mesh(args) => mesh::run(&args, talk),
         Command::Verify(args) => logged(talk, || verify::run(&args, talk)),
+        Command::Locate(args) => logged(talk, || queries::locate(&args, talk)),
+        Command::Interpolate(args) => logged(talk, || queries::interpolate(&args, talk)),
+        Command::Voronoi(args) => logged(talk, || queries::voronoi(&args, talk)),
+        Command::Alpha(args) => logged(talk, || queries::alpha(&args, talk)),
         Command::Predict(args) => logged(talk, || predict::run(&args, talk)),
         Command::Report(args) => logged(talk, || report::run(&args, talk)),
         Command::Scale(args) => logged(talk, || scale::run(&args, talk)),

@@ -18,6 +18,7 @@ fn plural(noun: &str) -> String {
             "tetrahedron" => "tetrahedra".to_owned(),
             "4-simplex" | "5-simplex" | "6-simplex" => noun.replace("simplex", "simplices"),
             "vertex" => "vertices".to_owned(),
+            "query" => "queries".to_owned(),
             "circumcentre" => "circumcentres".to_owned(),
             _ => format!("{noun}s"),
         },

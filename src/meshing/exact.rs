@@ -21,7 +21,7 @@ pub(crate) fn split(x: f64) -> (i64, i32) {
 }
 
 /// Converts coordinates to integers, with a common power of two as factor.
-pub(crate) fn integers<P: Point>(points: &[P]) -> Vec<Vec<BigInt>> {
+pub fn integers<P: Point>(points: &[P]) -> Vec<Vec<BigInt>> {
     let parts = |p: &P| (0..P::DIM).map(|i| split(p.coord(i))).collect::<Vec<_>>();
     let all: Vec<Vec<(i64, i32)>> = points.iter().map(parts).collect();
     let low = all.iter().flatten().filter(|x| x.0 != 0).map(|x| x.1).min().unwrap_or(0);
@@ -29,8 +29,25 @@ pub(crate) fn integers<P: Point>(points: &[P]) -> Vec<Vec<BigInt>> {
     all.iter().map(|p| p.iter().map(whole).collect()).collect()
 }
 
+/// Returns `x 2^exponent`, rounded. The result may be infinite or zero.
+pub fn rounded(x: &BigInt, mut exponent: i32) -> f64 {
+    // The lowest of 64 digits says whether a digit below it is set, so that the conversion rounds to the right side.
+    let size = x.magnitude();
+    let below = size.bits().saturating_sub(64);
+    let high = (size >> below).iter_u64_digits().next().unwrap_or(0);
+    let sticky = u64::from(size.trailing_zeros().is_some_and(|zeros| zeros < below));
+    let mut value = (high | sticky) as f64;
+    exponent += below as i32;
+    while exponent != 0 {
+        let step = exponent.clamp(-1000, 1000);
+        value *= 2f64.powi(step);
+        exponent -= step;
+    }
+    if *x < BigInt::ZERO { -value } else { value }
+}
+
 /// Returns the orientation determinant with the rows `wall[1..] - wall[0]` and `q - wall[0]`.
-pub(crate) fn determinant(wall: &[Vec<BigInt>], q: &[BigInt]) -> BigInt {
+pub fn determinant(wall: &[Vec<BigInt>], q: &[BigInt]) -> BigInt {
     let minus = |a: &[BigInt]| a.iter().zip(&wall[0]).map(|(a, o)| a - o).collect::<Vec<_>>();
     let a = minus(&wall[1]);
     if wall.len() == 2 {

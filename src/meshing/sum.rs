@@ -2,6 +2,8 @@
 
 use num_bigint::BigInt;
 
+use crate::exact::rounded;
+
 /// A sum with its accumulated rounding error (Neumaier).
 #[derive(Clone, Copy, Debug, Default)]
 pub(crate) struct Sum {
@@ -83,7 +85,7 @@ impl ExactSum {
         for window in self.windows.iter().rev() {
             sum = (sum << WINDOW) + BigInt::from(*window);
         }
-        rounded(&sum)
+        rounded(&sum, LOWEST)
     }
 
     /// Returns the sum as words, to be sent.
@@ -101,23 +103,6 @@ impl ExactSum {
         sum.open = words.next()?;
         Some(sum)
     }
-}
-
-/// Returns `sum 2^LOWEST`, rounded.
-fn rounded(sum: &BigInt) -> f64 {
-    // The lowest of 64 digits says whether a digit below it is set, so that the conversion rounds to the right side.
-    let size = sum.magnitude();
-    let below = size.bits().saturating_sub(64);
-    let high = (size >> below).iter_u64_digits().next().unwrap_or(0);
-    let sticky = u64::from(size.trailing_zeros().is_some_and(|zeros| zeros < below));
-    let mut value = (high | sticky) as f64;
-    let mut exponent = LOWEST + below as i32;
-    while exponent != 0 {
-        let step = exponent.clamp(-1000, 1000);
-        value *= 2f64.powi(step);
-        exponent -= step;
-    }
-    if *sum < BigInt::ZERO { -value } else { value }
 }
 
 #[cfg(test)]

@@ -2,12 +2,16 @@
 
 use super::*;
 
-const COMMANDS: [&str; 17] = [
+const COMMANDS: [&str; 21] = [
     "triangulate",
     "simulate",
     "generate",
     "mesh",
     "verify",
+    "locate",
+    "interpolate",
+    "voronoi",
+    "alpha",
     "predict",
     "report",
     "scale",

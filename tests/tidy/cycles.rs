@@ -6,13 +6,14 @@ use crate::map::{rows, text as map};
 use crate::source::{COMMON, Crate, room};
 
 /// Folders of the crates' root files.
-pub const CRATES: [&str; 11] = [
+pub const CRATES: [&str; 12] = [
     "src",
     "src/core",
     "workers/src",
     "src/io",
     "src/verify",
     "src/meshing",
+    "src/queries",
     "src/lab",
     "src/cli",
     "src/mpi",

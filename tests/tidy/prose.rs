@@ -23,11 +23,12 @@ const DOCUMENTS: [&str; 7] =
     ["README.md", "ARCHITECTURE.md", "CHANGELOG.md", "bench", ".github", "src", "workers"];
 
 /// The crates, by the folder of their sources.
-const CRATES: [&str; 11] = [
+const CRATES: [&str; 12] = [
     "src/core",
     "src/io",
     "src/verify",
     "src/meshing",
+    "src/queries",
     "src/lab",
     "src/cli",
     "src/mpi",

@@ -103,7 +103,7 @@ const EFFECTS: [&str; 6] = ["print!(", "println!(", "eprint!(", "eprintln!(", "d
 /// The command line prints and sets the exit code.
 #[test]
 fn libraries_do_not_print_or_exit() {
-    let libraries = ["src/core", "src/io", "src/lab", "src/verify", "src/meshing", "workers"];
+    let libraries = ["src/core", "src/io", "src/lab", "src/verify", "src/meshing", "src/queries", "workers"];
     let mut found: Vec<_> = libraries.iter().flat_map(|folder| offenders(folder, &EFFECTS)).collect();
     // The programs septet and septet-mpi are in the folders of libraries.
     for file in ["src/lib.rs", "src/mpi/lib.rs", "src/mpi/wire.rs", "src/mpi/parts.rs", "src/mpi/idle.rs"] {
@@ -123,7 +123,7 @@ const COMMAND_LINES: [&str; 2] = ["src/lab/experiment/sweep.rs", "src/lab/claims
 #[test]
 fn libraries_name_no_option_of_the_command_line() {
     let option = Regex::new(OPTIONS).unwrap();
-    let libraries = ["src/core", "src/io", "src/lab", "src/verify", "src/meshing", "workers"];
+    let libraries = ["src/core", "src/io", "src/lab", "src/verify", "src/meshing", "src/queries", "workers"];
     let all = libraries.iter().flat_map(|folder| files(folder));
     let plain = all.filter(|(name, _)| !is_test(name) && !COMMAND_LINES.contains(&name.as_str()));
     let named =
@@ -137,8 +137,8 @@ fn libraries_name_no_option_of_the_command_line() {
 }
 
 #[test]
-fn geometry_and_meshing_are_pure() {
-    for folder in ["workers/geometry/src", "src/meshing"] {
+fn geometry_meshing_and_queries_are_pure() {
+    for folder in ["workers/geometry/src", "src/meshing", "src/queries"] {
         let found = offenders(folder, &IMPURE);
         assert!(found.is_empty(), "these are not pure: {found:#?}");
     }

@@ -54,7 +54,7 @@ pub static OPTIONS: &[Row] = &[
         Between<2, 6>,
         |s| Between(s.input.dimension.map(|dimension| dimension as u32)),
         |s, Between(dimension)| { s.input.dimension = dimension.map(|d| d as usize); Ok(()) },
-        { short: Some('d'), form: "2..6", commands: Commands::POINTS, heading: Heading::Input, is_common: true, matters: Matters::Cells }
+        { short: Some('d'), form: "2..6", commands: Commands::POINTS.and(Commands::QUERIES), heading: Heading::Input, is_common: true, matters: Matters::Cells }
     ),
     option!(
         Spec, "columns", "columns",
@@ -177,7 +177,7 @@ pub static OPTIONS: &[Row] = &[
         Whole,
         |s| Whole(s.machine.threads.map(|threads| threads as u64)),
         |s, Whole(threads)| { s.machine.threads = threads.map(|threads| threads as usize); Ok(()) },
-        { form: "T", is_common: true, matters: Matters::Time }
+        { form: "T", commands: Commands::MACHINES.and(Commands::QUERIES), is_common: true, matters: Matters::Time }
     ),
     option!(
         Spec, "registers", "registers",

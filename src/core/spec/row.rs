@@ -24,11 +24,13 @@ impl Commands {
     pub const RIVAL: Commands = Commands(32);
     /// `septet verify`, which only reads points.
     pub const VERIFY: Commands = Commands(64);
+    /// `septet locate`, `septet interpolate`, `septet voronoi` and `septet alpha`.
+    pub const QUERIES: Commands = Commands(128);
 
     pub(super) const RUNS: Commands = Commands::TRIANGULATE.and(Commands::SIMULATE);
     pub(super) const COUNTS: Commands = Commands::SIMULATE.and(Commands::SCALE).and(Commands::PREDICT);
     pub(super) const POINTS: Commands = Commands::RUNS.and(Commands::PREDICT).and(Commands::RIVAL);
-    pub(super) const FILES: Commands = Commands::POINTS.and(Commands::VERIFY);
+    pub(super) const FILES: Commands = Commands::POINTS.and(Commands::VERIFY).and(Commands::QUERIES);
     pub(super) const TREES: Commands = Commands::RUNS.and(Commands::SCALE).and(Commands::PREDICT);
     pub(super) const MACHINES: Commands = Commands::TREES.and(Commands::MESH);
 

@@ -101,6 +101,14 @@ fn order_cell<P: Point>(points: &[P], run: &mut [(u64, u32)]) {
     }
 }
 
+/// Returns the positions of `points` along a Hilbert curve over their bounding cube. Points of one cell of the curve's grid
+/// are in no particular order.
+pub fn curve_order<P: Point>(points: &[P]) -> Vec<u32> {
+    let curve = Curve::over(points);
+    let keys: Vec<u64> = points.iter().map(|p| curve.key(p) << ROUND_BITS).collect();
+    by_key(&keys).into_iter().map(|(_, i)| i).collect()
+}
+
 /// Number of points in a bucket if they are evenly spread along the curve.
 const BUCKET: usize = 64;
 /// Largest number of bits of a bucket index.

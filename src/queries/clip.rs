@@ -1,0 +1,173 @@
+//! Convex cells as intersections of a box and half-spaces.
+//!
+//! **Statement.** The part of a box nearer to a site than to other sites is the intersection of the box with a half-space for
+//! each of them. The faces of the cell in space are polygons, each in the plane of one half-space or side of the box.
+//!
+//! **Method.** Half-spaces cut the cell one after the other (Sutherland and Hodgman 1974). Each new face of a polyhedron is the convex
+//! polygon of the points where edges cross its plane, sorted by their directions from its middle.
+//!
+//! **Work.** O(k f) for k half-spaces and f edges of the cell.
+//!
+//! **Rounding.** All values are rounded. No sign decides more than which of two nearly equal cells is measured.
+
+use glam::{DVec2, DVec3};
+use septet_geometry::point::Point;
+
+/// The measures of a convex cell.
+#[derive(Clone, Debug, Default)]
+pub(crate) struct Measures {
+    /// The area or volume.
+    pub(crate) volume: f64,
+    /// The length or area of the face in the plane of each half-space.
+    pub(crate) faces: Vec<f64>,
+}
+
+/// Measures the part of the box from `low` to `high` in which `n . x <= c` for each pair `(n, c)`. The normals have length 1,
+/// and the origin lies in the cell.
+pub(crate) fn measure<P: Point>(low: P, high: P, planes: &[(P, f64)]) -> Measures {
+    let at = |p: &P| DVec3::new(p.coord(0), p.coord(1), if P::DIM == 2 { 0.0 } else { p.coord(2) });
+    if P::DIM == 2 {
+        let mut polygon = Polygon::of_box(at(&low).truncate(), at(&high).truncate());
+        for (side, (n, c)) in planes.iter().enumerate() {
+            polygon.cut(at(n).truncate(), *c, Some(side));
+        }
+        return polygon.measures(planes.len());
+    }
+    let mut body = Body::of_box(at(&low), at(&high));
+    for (side, (n, c)) in planes.iter().enumerate() {
+        body.cut(at(n), *c, Some(side));
+    }
+    body.measures(planes.len())
+}
+
+/// A convex polygon: its corners in order, each with the side that starts at it.
+struct Polygon(Vec<(DVec2, Option<usize>)>);
+
+impl Polygon {
+    fn of_box(low: DVec2, high: DVec2) -> Self {
+        let corners = [low, DVec2::new(high.x, low.y), high, DVec2::new(low.x, high.y)];
+        Polygon(corners.map(|corner| (corner, None)).to_vec())
+    }
+
+    /// Keeps the part with `n . x <= c`.
+    fn cut(&mut self, n: DVec2, c: f64, side: Option<usize>) {
+        if !self.0.iter().any(|(x, _)| n.dot(*x) > c) {
+            return;
+        }
+        let mut kept = Vec::with_capacity(self.0.len() + 1);
+        for (i, &(a, own)) in self.0.iter().enumerate() {
+            let b = self.0[(i + 1) % self.0.len()].0;
+            let (above_a, above_b) = (n.dot(a) - c, n.dot(b) - c);
+            let cross = || a + (b - a) * (above_a / (above_a - above_b));
+            match (above_a <= 0.0, above_b <= 0.0) {
+                (true, true) => kept.push((a, own)),
+                (true, false) => kept.extend([(a, own), (cross(), side)]),
+                (false, true) => kept.push((cross(), own)),
+                (false, false) => {}
+            }
+        }
+        self.0 = kept;
+    }
+
+    fn measures(&self, sides: usize) -> Measures {
+        let mut measures = Measures { volume: 0.0, faces: vec![0.0; sides] };
+        for (i, &(a, side)) in self.0.iter().enumerate() {
+            let b = self.0[(i + 1) % self.0.len()].0;
+            measures.volume += a.perp_dot(b) / 2.0;
+            if let Some(side) = side {
+                measures.faces[side] += a.distance(b);
+            }
+        }
+        measures
+    }
+}
+
+/// A face of a polyhedron: its corners, counter-clockwise from outside, and the half-space in whose plane it lies.
+struct Face {
+    corners: Vec<DVec3>,
+    side: Option<usize>,
+}
+
+/// A convex polyhedron.
+struct Body(Vec<Face>);
+
+impl Body {
+    fn of_box(low: DVec3, high: DVec3) -> Self {
+        let ends = [low, high];
+        let at = |i: usize| DVec3::new(ends[i & 1].x, ends[i >> 1 & 1].y, ends[i >> 2].z);
+        let faces = [[0, 2, 3, 1], [4, 5, 7, 6], [0, 1, 5, 4], [2, 6, 7, 3], [0, 4, 6, 2], [1, 3, 7, 5]];
+        Body(faces.map(|face| Face { corners: face.map(at).to_vec(), side: None }).into())
+    }
+
+    /// Keeps the part with `n . x <= c`.
+    fn cut(&mut self, n: DVec3, c: f64, side: Option<usize>) {
+        if !self.0.iter().flat_map(|face| &face.corners).any(|x| n.dot(*x) > c) {
+            return;
+        }
+        let mut cap: Vec<DVec3> = Vec::new();
+        for face in &mut self.0 {
+            let mut kept = Vec::with_capacity(face.corners.len() + 1);
+            for (i, &a) in face.corners.iter().enumerate() {
+                let b = face.corners[(i + 1) % face.corners.len()];
+                let (above_a, above_b) = (n.dot(a) - c, n.dot(b) - c);
+                if above_a <= 0.0 {
+                    kept.push(a);
+                }
+                if (above_a <= 0.0) != (above_b <= 0.0) {
+                    let x = a + (b - a) * (above_a / (above_a - above_b));
+                    kept.push(x);
+                    cap.push(x);
+                }
+            }
+            face.corners = kept;
+        }
+        self.0.retain(|face| face.corners.len() > 2);
+        if cap.len() > 2 {
+            around(n, &mut cap);
+            self.0.push(Face { corners: cap, side });
+        }
+    }
+
+    fn measures(&self, sides: usize) -> Measures {
+        let mut measures = Measures { volume: 0.0, faces: vec![0.0; sides] };
+        for Face { corners, side } in &self.0 {
+            let fan = corners.windows(2).skip(1);
+            let twice: DVec3 = fan.map(|edge| (edge[0] - corners[0]).cross(edge[1] - corners[0])).sum();
+            measures.volume += corners[0].dot(twice) / 6.0;
+            if let Some(side) = *side {
+                measures.faces[side] += twice.length() / 2.0;
+            }
+        }
+        measures
+    }
+}
+
+/// Sorts points of a plane counter-clockwise around their middle, as seen from the tip of the normal `n`.
+fn around(n: DVec3, points: &mut [DVec3]) {
+    let middle = points.iter().sum::<DVec3>() / points.len() as f64;
+    let u = n.any_orthonormal_vector();
+    let v = n.cross(u);
+    // Grows with the angle, from -2 to 2.
+    let turn = |p: &DVec3| {
+        let (x, y) = ((*p - middle).dot(u), (*p - middle).dot(v));
+        let slope = x / (x.abs() + y.abs());
+        if y < 0.0 { slope - 1.0 } else { 1.0 - slope }
+    };
+    points.sort_unstable_by(|a, b| turn(a).total_cmp(&turn(b)));
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_cut_corner_has_the_measures_of_a_simplex() {
+        let n = DVec3::ONE.normalize();
+        let cut = measure(-DVec3::ONE, DVec3::ONE, &[(n, 2.0 / 3f64.sqrt()), (DVec3::X, 5.0)]);
+        // The corner above `x + y + z = 2` is a tetrahedron with legs of length 1.
+        assert!((cut.volume - (8.0 - 1.0 / 6.0)).abs() < 1e-14);
+        assert!((cut.faces[0] - 3f64.sqrt() / 2.0).abs() < 1e-14 && cut.faces[1] == 0.0);
+        let cut = measure(-DVec2::ONE, DVec2::ONE, &[(DVec2::ONE.normalize(), 0.5f64.sqrt())]);
+        assert!((cut.volume - 3.5).abs() < 1e-14 && (cut.faces[0] - 2f64.sqrt()).abs() < 1e-14);
+    }
+}

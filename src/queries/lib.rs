@@ -1,0 +1,42 @@
+//! septet-queries: questions about a finished triangulation.
+//!
+//! A [`Tessellation`] is made once from a run and never changes. Every answer is a function of the points and the arguments:
+//! it depends neither on threads nor on the order of queries. Where a sign decides, it is exact. Queries run in parallel on the
+//! threads of the current pool.
+//!
+//! | question | modules |
+//! | --- | --- |
+//! | rows, neighbours, hull, vertices that edges join, volumes, shapes | [`tessellation`], `rows`, `incidence` |
+//! | the cell of a query, the nearest vertex | `locate`, `nearest` |
+//! | Voronoi vertices, ridges, areas, volumes | [`voronoi`], `dual`, `clip` |
+//! | barycentric coordinates, weights of interpolations | [`weights`], `natural` |
+//! | alpha complexes and shapes | [`alpha`] |
+//! | exact signs and ratios in rare cases | `exact` |
+
+pub mod alpha;
+mod clip;
+pub mod dimension;
+mod dual;
+pub mod error;
+mod exact;
+mod incidence;
+mod locate;
+mod loops;
+mod natural;
+mod nearest;
+pub mod ragged;
+mod rows;
+mod seen;
+pub mod tessellation;
+#[cfg(test)]
+mod tests;
+pub mod voronoi;
+pub mod weights;
+
+pub use alpha::{AlphaFiltration, AlphaShape};
+pub use dimension::Dimension;
+pub use error::QueryError;
+pub use ragged::Ragged;
+pub use tessellation::{NONE, Tessellation};
+pub use voronoi::Ridges;
+pub use weights::{Barycentric, Method, Weights};
