@@ -7,8 +7,8 @@ use clap::Args;
 use clap::builder::{PossibleValuesParser, TypedValueParser};
 use glam::{DVec2, DVec3};
 use septet_core::generate::Request;
-use septet_core::model::Points;
-use septet_core::spec::Commands;
+use septet_core::model::{HigherPoints, Points};
+use septet_core::spec::{Commands, SpecError};
 use septet_core::{Outcome, triangulate};
 use septet_geometry::coordinates::Coordinates;
 use septet_io::read::ReadOptions;
@@ -22,6 +22,7 @@ use super::input::{self, Input, Loaded, placed};
 use super::progress::Talk;
 use super::summary::written;
 use super::text::counted;
+use super::verify::place_of;
 
 const OUTPUT_CSV: &str = "Output table (.csv), `-` for standard output";
 
@@ -139,6 +140,7 @@ pub fn locate(args: &LocateArgs, talk: &Talk) -> Result<(), Failure> {
     let cells = match (&asked.loaded.points, &asked.queries) {
         (Points::Plane(points), Points::Plane(queries)) => asked.made(points, talk)?.locate(queries),
         (Points::Space(points), Points::Space(queries)) => asked.made(points, talk)?.locate(queries),
+        (Points::Higher(points), _) => return Err(only_space(points)),
         _ => return Err(asked.mixed(&args.queries)),
     };
     let inside = cells.iter().filter(|cell| **cell != NONE).count();
@@ -156,6 +158,7 @@ pub fn interpolate(args: &InterpolateArgs, talk: &Talk) -> Result<(), Failure> {
     let weights = match (&asked.loaded.points, &asked.queries) {
         (Points::Plane(points), Points::Plane(queries)) => asked.made(points, talk)?.weights(queries, method),
         (Points::Space(points), Points::Space(queries)) => asked.made(points, talk)?.weights(queries, method),
+        (Points::Higher(points), _) => return Err(only_space(points)),
         _ => return Err(asked.mixed(&args.queries)),
     };
     let found = weights.interpolate(values).map_err(|error| asked.failure(&error))?;
@@ -182,6 +185,7 @@ pub fn voronoi(args: &VoronoiArgs, talk: &Talk) -> Result<(), Failure> {
         Points::Space(points) => {
             asked.made(points, talk)?.voronoi_volumes_in(DVec3::from_slice(low), DVec3::from_slice(high))
         }
+        Points::Higher(points) => return Err(only_space(points)),
     };
     let volumes = volumes.map_err(|error| asked.failure(&error))?;
     let name = if dimension == 2 { "area" } else { "volume" };
@@ -209,6 +213,7 @@ pub fn alpha(args: &AlphaArgs, talk: &Talk) -> Result<(), Failure> {
             let shape = asked.made(points, talk)?.alpha_shape(args.radius).map_err(failure)?;
             (shape.boundary, shape.volume)
         }
+        Points::Higher(points) => return Err(only_space(points)),
     };
     let name = if asked.loaded.points.dimension() == 2 { "area" } else { "volume" };
     let summary = format!("{}, {name} {volume}", counted(triangles.len() as u64, "triangle"));
@@ -321,6 +326,11 @@ impl<'a> Asked<'a> {
     }
 }
 
+/// Returns the failure for points of a dimension that has no queries.
+fn only_space(points: &HigherPoints) -> Failure {
+    SpecError::OnlySpace { what: "queries", dimension: points.slice().dimension() }.into()
+}
+
 /// Formats a table of one field for each row.
 fn table(name: &str, fields: impl Iterator<Item = String>) -> String {
     let mut text = format!("row,{name}\n");
@@ -337,10 +347,7 @@ fn surface(points: &Points, triangles: &[[u32; 3]]) -> String {
     used.dedup();
     let mut text = format!("OFF\n{} {} 0\n", used.len(), triangles.len());
     for &v in &used {
-        let place = match points {
-            Points::Plane(points) => points[v as usize].extend(0.0),
-            Points::Space(points) => points[v as usize],
-        };
+        let place = place_of(points, None, v as usize);
         let _ = writeln!(text, "{:?} {:?} {:?}", place.x, place.y, place.z);
     }
     for triangle in triangles {
@@ -357,7 +364,9 @@ fn write(output: &Path, text: &str, summary: &str, talk: &Talk) -> Result<(), Fa
     talk.clear();
     talk.note(format!("septet: {summary}"));
     if output.as_os_str() != "-" {
-        written(&[output.to_owned()]).into_iter().for_each(|line| talk.note(line));
+        for line in written(&[output.to_owned()]) {
+            talk.note(line);
+        }
     }
     Ok(())
 }

@@ -330,7 +330,7 @@ impl Subject {
 }
 
 /// Returns the place of a point in space. In the plane, z is its height, or 0 without heights.
-fn place_of(points: &Points, heights: Option<&[f64]>, at: usize) -> DVec3 {
+pub fn place_of(points: &Points, heights: Option<&[f64]>, at: usize) -> DVec3 {
     match points {
         Points::Plane(points) => points[at].extend(heights.map_or(0.0, |heights| heights[at])),
         Points::Space(points) => points[at],

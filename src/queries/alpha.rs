@@ -238,7 +238,9 @@ fn in_smallest_ball<P: Dimension>(face: &[P], p: P) -> bool {
     let largest = rel.iter().flat_map(|x| (0..P::DIM).map(|i| x.coord(i).abs())).fold(0.0, f64::max);
     // The power of two at or below the largest difference.
     let unit = f64::from_bits((largest.to_bits() & 0x7ff << 52).max(1 << 52));
-    rel.iter_mut().for_each(|x| *x = *x / unit);
+    for x in &mut rel {
+        *x = *x / unit;
+    }
     let (det, bound) = if face.len() == 2 {
         (rel[0].dot(rel[1]), 16.0 * 4.0)
     } else {

@@ -115,8 +115,8 @@ pub(crate) fn circumcentre<P: Point>(cell: &[P]) -> P {
     };
     let under = under * 2;
     let mut centre = P::default();
-    for axis in 0..P::DIM {
-        centre.set_coord(axis, ratio(&over[axis], &under) * unit);
+    for (axis, over) in over.iter().enumerate().take(P::DIM) {
+        centre.set_coord(axis, ratio(over, &under) * unit);
     }
     centre
 }

@@ -48,7 +48,9 @@ impl<P: Dimension> Tessellation<P> {
             rows
         });
         let mut all = Ragged::default();
-        blocks.iter().for_each(|rows| all.append(rows));
+        for rows in &blocks {
+            all.append(rows);
+        }
         all
     }
 
@@ -71,9 +73,9 @@ impl<P: Dimension> Tessellation<P> {
     /// Panics if there is no such cell.
     pub fn shape(&self, cell: u32) -> Shape {
         let mut corners = self.corners(cell);
-        corners
-            .iter_mut()
-            .for_each(|corner| *corner = septet_geometry::range::scale(*corner, -self.exponent));
+        for corner in &mut corners {
+            *corner = septet_geometry::range::scale(*corner, -self.exponent);
+        }
         Shape::of(&corners[..=P::DIM])
     }
 
@@ -85,7 +87,9 @@ impl<P: Dimension> Tessellation<P> {
             shapes
         });
         let mut all = Shapes::default();
-        blocks.iter().for_each(|shapes| all.merge(shapes));
+        for shapes in &blocks {
+            all.merge(shapes);
+        }
         all
     }
 }

@@ -218,7 +218,9 @@ impl Sums {
         }
         row.retain(|(_, weight)| *weight > 0.0);
         let sum: f64 = row.iter().map(|(_, weight)| weight).sum();
-        row.iter_mut().for_each(|(_, weight)| *weight /= sum);
+        for (_, weight) in &mut row {
+            *weight /= sum;
+        }
         (sum > 0.0).then_some(row)
     }
 }

@@ -86,7 +86,9 @@ impl<P: Dimension> Tessellation<P> {
         for (v, volume) in cut.into_iter().flatten() {
             volumes[v] = volume;
         }
-        volumes.iter_mut().for_each(|volume| *volume = self.unscaled(*volume, P::DIM as i32));
+        for volume in &mut volumes {
+            *volume = self.unscaled(*volume, P::DIM as i32);
+        }
         Ok(volumes)
     }
 

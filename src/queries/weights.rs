@@ -162,7 +162,7 @@ impl<P: Dimension> Tessellation<P> {
     /// Returns the barycentric coordinates of a query in a cell that contains it.
     fn coordinates(&self, query: &Query<P>, cell: u32) -> [f64; 4] {
         let corners = self.corners(cell);
-        let values = match self.quick(&corners, query) {
+        let values = match Self::quick(&corners, query) {
             Some(values) => values,
             None if query.fits => exact::barycentric(&corners, query.near),
             None => exact::barycentric(&corners.map(|corner| scale(corner, -self.exponent)), query.given),
@@ -172,7 +172,7 @@ impl<P: Dimension> Tessellation<P> {
     }
 
     /// Returns the determinants of the cell with each corner replaced by the query, unless they need big integers.
-    fn quick(&self, corners: &[P; 4], query: &Query<P>) -> Option<[f64; 4]> {
+    fn quick(corners: &[P; 4], query: &Query<P>) -> Option<[f64; 4]> {
         let n = P::Cell::LEN;
         let whole = P::rounded_orientation(&corners[..n]);
         if !query.fits || whole.bound > whole.det * THIN {

@@ -1,10 +1,14 @@
 //! Dimensions 4 to 6: what is read, written and refused.
 
+#[cfg(feature = "dimensions")]
 use std::fs;
 
+#[cfg(feature = "dimensions")]
 use serde_json::Value;
 
-use super::{Place, stderr};
+use super::Place;
+#[cfg(feature = "dimensions")]
+use super::stderr;
 
 fn array(columns: usize, numbers: &[f64]) -> Vec<u8> {
     let rows = numbers.len() / columns;

@@ -104,7 +104,9 @@ fn set<const D: usize>(kind: &str, draw: &mut Draw) -> Vec<Site<D>> {
         }
         "flat" => {
             let mut flat = points(4);
-            flat.iter_mut().for_each(|p| p[D - 1] = p[0] + p[1]);
+            for p in &mut flat {
+                p[D - 1] = p[0] + p[1];
+            }
             flat
         }
         "repeated" => {

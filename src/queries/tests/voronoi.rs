@@ -77,16 +77,20 @@ fn ridges<P: Dimension + Coordinates>() {
         assert!(edges.filter(|[v, w]| v < w).eq(ridges.points.iter().copied()));
         let mut sums = vec![0.0; points.len()];
         for (i, &edge) in ridges.points.iter().enumerate() {
-            let length = (points[edge[0] as usize] - points[edge[1] as usize]).norm2().sqrt();
-            edge.iter().for_each(|&v| sums[v as usize] += ridges.areas[i] * length / (2 * P::DIM) as f64);
-            let ring = ridges.vertices.row(i);
+            let [a, b]: [P; 2] = edge.map(|v| points[v as usize]);
+            let length = (a - b).norm2().sqrt();
+            for v in edge {
+                sums[v as usize] += ridges.areas[i] * length / (2 * P::DIM) as f64;
+            }
+            let ring: &[u32] = ridges.vertices.row(i);
             let with = |cell: &P::Cell| edge.iter().all(|v| cell.as_ref().contains(v));
             let is_open = ring[0] == NONE;
             assert_eq!(ring.len() - usize::from(is_open), t.cells().iter().filter(|cell| with(cell)).count());
             assert_eq!(ridges.areas[i].is_infinite(), is_open);
             let closed = ring[ring.len() - 1] == NONE || is_open || P::DIM == 2;
             let last = [ring[ring.len() - 1], ring[0]];
-            let steps = ring.windows(2).map(|pair| [pair[0], pair[1]]).chain((!closed).then_some(last));
+            let steps =
+                ring.windows(2).map(|pair: &[u32]| [pair[0], pair[1]]).chain((!closed).then_some(last));
             for [a, b] in steps.filter(|[a, _]| *a != NONE) {
                 assert!(with(&t.cells()[a as usize]) && t.neighbours()[a as usize].as_ref().contains(&b));
             }
