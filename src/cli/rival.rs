@@ -6,7 +6,7 @@ use std::path::PathBuf;
 use clap::{Args, Subcommand};
 use septet_core::generate::Kind;
 use septet_core::model::Points;
-use septet_core::spec::{Commands, SpecError, DEFAULT_SEED, Workers};
+use septet_core::spec::{Commands, DEFAULT_SEED, SpecError, Workers};
 use septet_core::{Spec, simulate};
 use septet_geometry::point::Point;
 use septet_lab::baselines::{BaselineReport, Counted, Rival};

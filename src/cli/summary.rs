@@ -271,7 +271,9 @@ mod tests {
         assert!(tin.ends_with("septet verify a.obj --terrain"), "{tin}");
         let set = next_step("p.raw", (" --raw f64,3", " --terrain"), (&["a.ele".into()], 3), None);
         assert!(set.ends_with("septet verify a.node a.ele"), "{set}");
-        assert!(next_step("p.xyz", ("", ""), (&[], 3), json).contains("septet report run.json -o report.html"));
+        assert!(
+            next_step("p.xyz", ("", ""), (&[], 3), json).contains("septet report run.json -o report.html")
+        );
         assert!(next_step("-", ("", ""), (&["a.npy".into()], 3), None).contains("POINTS CELLS"));
         assert!(next_step("p.xyz", ("", ""), (&[], 3), None).contains("-o mesh.vtu"));
         assert!(next_step("p.npy", ("", ""), (&[], 4), None).contains("-o cells.npy"));

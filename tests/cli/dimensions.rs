@@ -25,7 +25,9 @@ fn place_with_points() -> Place {
 #[test]
 fn formats_and_options_of_space_are_refused() {
     let place = place_with_points();
-    for output in ["m.vtu", "m.vtk", "m.msh", "m.mesh", "m.1.ele", "m.off", "m.stl", "m.obj", "m.ply", "m.pvtu"] {
+    for output in
+        ["m.vtu", "m.vtk", "m.msh", "m.mesh", "m.1.ele", "m.off", "m.stl", "m.obj", "m.ply", "m.pvtu"]
+    {
         place.fails(&format!("triangulate p.npy -o {output}"), 2, &[output, "dimensions 2 and 3", ".npy"]);
     }
     place.fails("triangulate p.npy -o m.svg", 2, &["m.svg"]);
@@ -56,7 +58,9 @@ fn no_column_is_dropped_silently() {
 #[test]
 fn a_build_without_the_feature_names_it() {
     let place = place_with_points();
-    for command in ["triangulate p.npy", "simulate p.npy", "triangulate p.txt -d 4", "simulate sample:uniform:50,d=6"] {
+    for command in
+        ["triangulate p.npy", "simulate p.npy", "triangulate p.txt -d 4", "simulate sample:uniform:50,d=6"]
+    {
         place.fails(command, 2, &["feature `dimensions`"]);
     }
 }
@@ -91,9 +95,13 @@ fn samples_and_flat_sets_have_reports() {
     for (dimension, n) in [(4, 60), (5, 30), (6, 16)] {
         let output = place.good(&format!("simulate sample:uniform:{n},d={dimension}"));
         let said = stderr(&output);
-        assert!(said.contains(&format!("{dimension}-simplices")) && said.contains("certificate passed"), "{said}");
+        assert!(
+            said.contains(&format!("{dimension}-simplices")) && said.contains("certificate passed"),
+            "{said}"
+        );
     }
-    let flat: Vec<f64> = (0..60).flat_map(|i| [f64::from(i), f64::from(i * i % 17), 3.0, f64::from(i % 5)]).collect();
+    let flat: Vec<f64> =
+        (0..60).flat_map(|i| [f64::from(i), f64::from(i * i % 17), 3.0, f64::from(i % 5)]).collect();
     place.file("flat.npy", array(4, &flat));
     for command in ["triangulate", "simulate"] {
         place.good(&format!("{command} flat.npy -o none.npy"));

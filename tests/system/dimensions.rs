@@ -77,7 +77,8 @@ fn search<const D: usize>(points: &[Site<D>]) -> BTreeSet<Vec<u64>> {
             continue;
         }
         let simplex: Vec<Site<D>> = pick.iter().map(|&at| points[rows[at]]).collect();
-        let is_empty = || (0..rows.len()).all(|at| pick.contains(&at) || !is_below(&simplex, &points[rows[at]]));
+        let is_empty =
+            || (0..rows.len()).all(|at| pick.contains(&at) || !is_below(&simplex, &points[rows[at]]));
         if volume(&simplex) != 0 && is_empty() {
             cells.insert(pick.iter().map(|&at| rows[at] as u64).collect());
         }
@@ -152,7 +153,8 @@ where
     let permuted: Vec<VecN<D>> = order.iter().map(|&i| points[i]).collect();
     let run = simulate(&permuted, &base()).unwrap();
     let place = |row: &u64| sites[order[*row as usize]];
-    let cells: BTreeSet<Vec<Site<D>>> = sorted_cells(&run).iter().map(|cell| as_places(cell, place)).collect();
+    let cells: BTreeSet<Vec<Site<D>>> =
+        sorted_cells(&run).iter().map(|cell| as_places(cell, place)).collect();
     let wanted = expected.iter().map(|cell| as_places(cell, |row| sites[*row as usize])).collect();
     assert_eq!(cells, wanted, "{what}, d = {D}: permuted rows");
 }
@@ -181,7 +183,8 @@ fn small_sets_agree_with_the_definition() {
 /// Points that do not span the space have no cells, and this is no error.
 #[test]
 fn flat_sets_have_no_cells() {
-    let flat: Vec<[f64; 4]> = (0..40).map(|i| [f64::from(i), f64::from(i * i), f64::from(i % 7), 2.0]).collect();
+    let flat: Vec<[f64; 4]> =
+        (0..40).map(|i| [f64::from(i), f64::from(i * i), f64::from(i % 7), 2.0]).collect();
     let run = simulate(&flat, &Spec::default()).unwrap();
     assert_eq!((run.facts.cells, run.space, run.facts.dimension), (0, 4, 3));
     assert!(triangulate(&flat, &Spec::default()).unwrap().cells().is_empty());
@@ -190,8 +193,10 @@ fn flat_sets_have_no_cells() {
 /// If splaying may not continue, rank 0 gathers the open stars, and builds them among all their neighbours.
 #[test]
 fn open_stars_are_gathered() {
-    let request = Request { kind: Kind::Uniform, n: 150, dimension: 4, seed: 9, lipschitz: None, ratio: None };
-    let Points::Higher(HigherPoints::Four(points)) = generate(&request, &mut |_, _, _| {}).unwrap().points else {
+    let request =
+        Request { kind: Kind::Uniform, n: 150, dimension: 4, seed: 9, lipschitz: None, ratio: None };
+    let Points::Higher(HigherPoints::Four(points)) = generate(&request, &mut |_, _, _| {}).unwrap().points
+    else {
         unreachable!("the dimension is 4")
     };
     let plain = simulate(&points, &with_workers(Workers::Count(3), 20)).unwrap();
@@ -210,7 +215,8 @@ fn open_stars_are_gathered() {
 
 fn by_qhull<P: Point>(points: &[P], what: &str) {
     for counted in [false, true] {
-        let run = TestTransport::Channel(2).run(points, &with_workers(Workers::Count(3), 300), counted).unwrap();
+        let run =
+            TestTransport::Channel(2).run(points, &with_workers(Workers::Count(3), 300), counted).unwrap();
         let mut command = Command::new(python());
         command.arg(source("scipy_check.py"));
         run_checker(command, points, &run, false, what);

@@ -116,7 +116,8 @@ impl<'a> Plan<'a> {
     pub(super) fn check_dimension(&self, dimension: usize, team: &mut Team<'_>) -> Result<(), Failure> {
         let args = self.goal.args();
         if dimension > 3 && self.goal.has_stats() {
-            let message = format!("--stats: the numbers exist in dimensions 2 and 3, not in dimension {dimension}");
+            let message =
+                format!("--stats: the numbers exist in dimensions 2 and 3, not in dimension {dimension}");
             return team.agree(Err(Failure::new(Code::Usage, message).help("omit --stats")));
         }
         let options = args.writing.options();

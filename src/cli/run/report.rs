@@ -128,7 +128,12 @@ fn print_report(
         let raw = requested.input.raw.as_ref();
         let reading = raw.map_or_else(String::new, |rows| format!(" --raw {rows}"));
         let terrain = if requested.input.terrain { " --terrain" } else { "" };
-        talk.note(summary::next_step(&args.input, (&reading, terrain), (&args.output, report.space), args.json.as_deref()));
+        talk.note(summary::next_step(
+            &args.input,
+            (&reading, terrain),
+            (&args.output, report.space),
+            args.json.as_deref(),
+        ));
     }
     Ok(())
 }

@@ -248,12 +248,7 @@ impl<P: Point> Frame<P> {
         self.round(&coordinates(scale(point::<P>(machine), -self.exponent)))
     }
 
-    fn separator(
-        &self,
-        node: u64,
-        words: &[f64],
-        corners: &[Vec<f64>; 2],
-    ) -> Option<SeparatorView> {
+    fn separator(&self, node: u64, words: &[f64], corners: &[Vec<f64>; 2]) -> Option<SeparatorView> {
         let back = |x: P| coordinates(scale(x, -self.exponent));
         let length = |x: f64| scale(P::splat(x), -self.exponent).coord(0);
         let (kind, vector, number, interior) = match Separator::<P>::from_array(words)?.surface()? {

@@ -64,7 +64,9 @@ impl Forecast {
         let (bytes, has_cells) = match task {
             Task::Triangulate => (of_dimension::<P, _>(DIRECT), true),
             Task::Simulate => (of_dimension::<P, _>(COUNTED), true),
-            Task::Count(Until::Graph | Until::Partition | Until::Neighbours) => (of_dimension::<P, _>(DIRECT), false),
+            Task::Count(Until::Graph | Until::Partition | Until::Neighbours) => {
+                (of_dimension::<P, _>(DIRECT), false)
+            }
             Task::Independent { .. } => (of_dimension::<P, _>(SITES), false),
         };
         let star = match (has_cells, P::DIM) {

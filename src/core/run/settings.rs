@@ -18,8 +18,8 @@ use crate::result::view::MOST_POINTS;
 use crate::run::auto_workers::auto_workers;
 use crate::run::memory;
 use crate::spec::{
-    Alpha, Constants, Fault, Graph, MOST_WORKERS, Neighbours, Partition, Purpose, Registers, Spec, SpecError, Task,
-    TreeConstants, Until, Words, Workers, alpha_of_spacing, cores,
+    Alpha, Constants, Fault, Graph, MOST_WORKERS, Neighbours, Partition, Purpose, Registers, Spec, SpecError,
+    Task, TreeConstants, Until, Words, Workers, alpha_of_spacing, cores,
 };
 
 /// Checks the specification, the numbers of the rows and the forecast of memory. `is_team` is set if several processes may
@@ -44,7 +44,9 @@ pub(crate) fn admit<P: Point>(
         return Err(SpecError::Weighted.into());
     }
     if P::DIM > 3 && spec.tree.partition == Partition::Hilbert {
-        return Err(SpecError::OnlySpace { what: "partitions by the Hilbert curve", dimension: P::DIM }.into());
+        return Err(
+            SpecError::OnlySpace { what: "partitions by the Hilbert curve", dimension: P::DIM }.into()
+        );
     }
     if is_team {
         admit_team(spec)?;

@@ -330,9 +330,11 @@ impl InputError {
             Self::NotFinite { .. } => Remedy::of("correct it, or drop such points with {skip-invalid}"),
             Self::Truncated { .. } => Remedy::of("the file is incomplete or its count is wrong"),
             Self::Count { .. } => Remedy::of("correct the count in the header"),
-            Self::Homogeneous { columns, .. } => Remedy::of("save only the columns of the coordinates, or state ")
-                .set("dimension", columns)
-                .then(" if it is a coordinate"),
+            Self::Homogeneous { columns, .. } => {
+                Remedy::of("save only the columns of the coordinates, or state ")
+                    .set("dimension", columns)
+                    .then(" if it is a coordinate")
+            }
             Self::MixedDimension { .. } => {
                 Remedy::of("give every row the same number, or choose it with {dimension}")
             }

@@ -257,7 +257,9 @@ struct Chooser<'a> {
 impl Chooser<'_> {
     /// Returns the columns that the options select by name or number.
     fn wanted(&self, wanted: &[String]) -> Result<Vec<usize>, InputError> {
-        if !(2..=MOST_COORDINATES).contains(&wanted.len()) || self.options.dimension.is_some_and(|d| d != wanted.len()) {
+        if !(2..=MOST_COORDINATES).contains(&wanted.len())
+            || self.options.dimension.is_some_and(|d| d != wanted.len())
+        {
             let expected = self.options.dimension.map_or("two to six".to_owned(), |d| d.to_string());
             let columns = if wanted.len() == 1 { "column" } else { "columns" };
             let problem = format!("{} {columns} instead of {expected}", wanted.len());

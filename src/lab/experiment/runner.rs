@@ -77,7 +77,11 @@ impl Runner {
             Points::Space(points) => made(points, (job.program, sweep.until), &spec)?,
             Points::Higher(points) => {
                 let dimension = points.slice().dimension();
-                return Err(septet_core::Error::from(SpecError::OnlySpace { what: "experiments", dimension }).into());
+                return Err(septet_core::Error::from(SpecError::OnlySpace {
+                    what: "experiments",
+                    dimension,
+                })
+                .into());
             }
         };
         Ok(Line {

@@ -8,8 +8,8 @@ use std::collections::BTreeMap;
 use septet_geometry::cost::Cost;
 use septet_geometry::point::{Point, lex_cmp};
 use septet_geometry::separator::{
-    CurveCube, DrawKey, DrawKind, Drawn, Separator, cut, cut_at_median, cut_curve,
-    draw as draw_separator, draw_ablated, draw_bisecting, split_bound,
+    CurveCube, DrawKey, DrawKind, Drawn, Separator, cut, cut_at_median, cut_curve, draw as draw_separator,
+    draw_ablated, draw_bisecting, split_bound,
 };
 use septet_protocol::codec::Bulk;
 use septet_protocol::ids::{NodeId, Phase, Rank};

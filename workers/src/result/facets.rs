@@ -111,8 +111,11 @@ pub(super) fn pair_facets<P: Point>(cx: &mut Context<P>) -> Result<(), Transport
                 reply(b.from, b.entry, a.from, cell(a.entry));
             }
             _ => {
-                let reason =
-                    format!("{} cells share the facet {:?}", pair.len(), &pair[0].vertices.as_ref()[..P::DIM]);
+                let reason = format!(
+                    "{} cells share the facet {:?}",
+                    pair.len(),
+                    &pair[0].vertices.as_ref()[..P::DIM]
+                );
                 return Err(TransportError::WorkerFailed { rank: cx.rank(), reason });
             }
         }

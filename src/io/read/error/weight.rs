@@ -135,7 +135,9 @@ impl WeightError {
     pub(super) fn place(&self) -> Place {
         match self {
             Self::Value { place, .. } | Self::Column { place, .. } => *place,
-            Self::Count { .. } | Self::NoColumns { .. } | Self::Dimension { .. } | Self::Terrain { .. } => Place::Whole,
+            Self::Count { .. } | Self::NoColumns { .. } | Self::Dimension { .. } | Self::Terrain { .. } => {
+                Place::Whole
+            }
         }
     }
 

@@ -88,7 +88,9 @@ impl Rows {
             (Points::Higher(HigherPoints::Five(all)), Points::Higher(HigherPoints::Five(more))) => {
                 append(all, more);
             }
-            (Points::Higher(HigherPoints::Six(all)), Points::Higher(HigherPoints::Six(more))) => append(all, more),
+            (Points::Higher(HigherPoints::Six(all)), Points::Higher(HigherPoints::Six(more))) => {
+                append(all, more)
+            }
             _ => {}
         }
     }

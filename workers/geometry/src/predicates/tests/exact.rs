@@ -72,7 +72,8 @@ pub fn in_sphere_of(mut rows: Vec<Vec<BigInt>>) -> BigInt {
 pub fn is_outside<P: Point>(basis: &[P], q: P) -> bool {
     let mut rows = differences(basis, &q);
     for rank in 0..rows.len() {
-        let pivot = (rank..rows.len()).find_map(|r| Some((r, (0..P::DIM).find(|&c| rows[r][c] != BigInt::ZERO)?)));
+        let pivot =
+            (rank..rows.len()).find_map(|r| Some((r, (0..P::DIM).find(|&c| rows[r][c] != BigInt::ZERO)?)));
         let Some((row, column)) = pivot else { return false };
         rows.swap(rank, row);
         let (above, below) = rows.split_at_mut(rank + 1);
