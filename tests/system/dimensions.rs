@@ -9,7 +9,7 @@ use std::process::Command;
 
 use septet_core::generate::{Kind, Request, generate};
 use septet_core::model::{HigherPoints, Points};
-use septet_core::spec::{Spec, Workers};
+use septet_core::spec::{Alpha, Graph, Spec, Workers};
 use septet_core::{Outcome, simulate, triangulate};
 use septet_geometry::higher::VecN;
 use septet_geometry::point::Point;
@@ -190,6 +190,29 @@ fn flat_sets_have_no_cells() {
     let run = simulate(&flat, &Spec::default()).unwrap();
     assert_eq!((run.facts.cells, run.space, run.facts.dimension), (0, 4, 3));
     assert!(triangulate(&flat, &Spec::default()).unwrap().cells().is_empty());
+}
+
+/// If splaying may not continue, rank 0 gathers the open stars, and builds them among all their neighbours.
+#[test]
+fn open_stars_are_gathered() {
+    let request =
+        Request { kind: Kind::Uniform, n: 150, dimension: 4, seed: 9, lipschitz: None, ratio: None };
+    let Points::Higher(HigherPoints::Four(points)) = generate(&request, &mut |_, _, _| {}).unwrap().points
+    else {
+        unreachable!("the dimension is 4")
+    };
+    let plain = simulate(&points, &with_workers(Workers::Count(3), 20)).unwrap();
+    let mut gathered = 0;
+    for counted in [false, true] {
+        let spec = with_workers(Workers::Count(3), 20).with(|c| {
+            c.recursion.graph = Graph::Density { alpha: Alpha::Value(1.0) };
+            c.planted.exchange_cap = Some(1);
+        });
+        let run = TestTransport::Sim(3).run(&points, &spec, counted).unwrap();
+        gathered += usize::from(run.fallback.is_some());
+        assert!(run.cells() == plain.cells(), "counted {counted}");
+    }
+    assert!(gathered > 0);
 }
 
 fn by_qhull<P: Point>(points: &[P], what: &str) {

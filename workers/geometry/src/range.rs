@@ -4,7 +4,7 @@
 //! term of the in-sphere determinant in `d` dimensions is a multiple of `2^((d+2) g)` and below about
 //! `2^((d+2) m + 12)`. Shewchuk's expansions are exact if nothing underflows or overflows. This holds if
 //! `(d+2) g >= -1074` and `(d+2) m + 12 <= 1023 - 28`, since splitting needs 28 bits. Both dimensions use the bounds of
-//! space: `g >= -214` and `m <= 196`.
+//! space: `g >= -214` and `m <= 196`. Dimensions 4 to 6 have the same range, which their integers cover ([`crate::predicates`]).
 //!
 //! The guard therefore tests the *lowest set bit*, not magnitudes. Coordinates are multiplied by one power of two,
 //! which is exact and changes no sign. A set whose bits spread over more than 410 positions is rejected with an error.

@@ -240,7 +240,7 @@ impl Hasher for KeyHasher {
 pub(super) fn point_hash<P: Point>(id: u64, x: P) -> u128 {
     let mut h = u128::from(id) | 1 << 64;
     for i in 0..P::DIM {
-        h = mix(h ^ u128::from(x.coord(i).to_bits()) << (i * 29));
+        h = mix(h ^ u128::from(x.coord(i).to_bits()).rotate_left(i as u32 * 29));
     }
     if P::IS_WEIGHTED {
         h = mix(h ^ u128::from(hash_of_site(x)));

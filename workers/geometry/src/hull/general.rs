@@ -443,6 +443,9 @@ pub(super) fn append_inside<P: Point>(
 ) {
     let mut others: Vec<u32> =
         cell.as_ref().iter().copied().filter(|&v| table[v as usize] != centre).collect();
+    if others.len() != P::DIM {
+        return;
+    }
     // The number of exact tests does not depend on the numbering of the table.
     others.sort_unstable_by(|&a, &b| lex_cmp(&table[a as usize], &table[b as usize]));
     let mut star = General::default();

@@ -141,14 +141,14 @@ impl<P: Point> Quadric<P> {
     /// **Rounding.** Let `u = 2^-53`, `Y = |y|_1 + rho` and `M = |a| Y^2 + sum |b_i| (|y_i| + rho) + |c|`. The errors
     /// are at most:
     ///
-    /// - `8 u M` for the value at `y`, and the same for the value at `z`: each term passes at most `d + 5 <= 8`
+    /// - `11 u M` for the value at `y`, and the same for the value at `z`: each term passes at most `d + 5 <= 11`
     ///   roundings;
-    /// - `16 u M` for `rho g`: each coordinate of the gradient, and its length, pass at most 8 roundings, and
+    /// - `22 u M` for `rho g`: each coordinate of the gradient, and its length, pass at most `d + 5` roundings, and
     ///   `rho g <= 2 M`;
     /// - `2 u M` for `a rho^2`;
     /// - `12 u M` for the sums in `m`.
     ///
-    /// The total is `46 u M`. The slack in the distance adds 8 unit roundoffs of `rho g + 2 |a| rho^2 <= 4 M`, that is
+    /// The total is `58 u M`. The slack in the distance adds 8 unit roundoffs of `rho g + 2 |a| rho^2 <= 4 M`, that is
     /// `32 u M`. With second-order terms and the rounding of `M`, the error stays below the allowed `128 u M`. An
     /// absolute `1e-300` covers underflow. If anything overflows, the comparison yields "crosses".
     #[inline]

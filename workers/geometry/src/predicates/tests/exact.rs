@@ -65,7 +65,27 @@ pub fn in_sphere_of(mut rows: Vec<Vec<BigInt>>) -> BigInt {
         row.push(lift);
     }
     let det = determinant(&rows);
-    if rows.len() == 3 { det } else { -det }
+    if rows.len() % 2 == 1 { det } else { -det }
+}
+
+/// Whether the differences of the points to `q` are linearly independent: elimination without division.
+pub fn is_outside<P: Point>(basis: &[P], q: P) -> bool {
+    let mut rows = differences(basis, &q);
+    for rank in 0..rows.len() {
+        let pivot =
+            (rank..rows.len()).find_map(|r| Some((r, (0..P::DIM).find(|&c| rows[r][c] != BigInt::ZERO)?)));
+        let Some((row, column)) = pivot else { return false };
+        rows.swap(rank, row);
+        let (above, below) = rows.split_at_mut(rank + 1);
+        let pivot = &above[rank];
+        for row in below {
+            let factor = row[column].clone();
+            for (entry, p) in row.iter_mut().zip(pivot) {
+                *entry = &*entry * &pivot[column] - p * &factor;
+            }
+        }
+    }
+    true
 }
 
 pub fn in_sphere<P: Point>(cell: &[P], q: P) -> Sign {

@@ -3,6 +3,7 @@
 mod bounds;
 mod count;
 mod exact;
+mod general;
 mod integers;
 mod samples;
 mod stages;
