@@ -28,7 +28,10 @@ const OUTPUT_CSV: &str = "Output table (.csv), `-` for standard output";
 /// Options of every command that asks a triangulation.
 #[derive(Debug, Args)]
 struct PointArgs {
-    #[arg(value_name = "POINTS", help = "Point file, pattern in quotes, `@LIST`, `-` for standard input, or `sample:KIND:N[,d=2][,seed=7]`")]
+    #[arg(
+        value_name = "POINTS",
+        help = "Point file, pattern in quotes, `@LIST`, `-` for standard input, or `sample:KIND:N[,d=2][,seed=7]`"
+    )]
     points: String,
     #[command(flatten)]
     given: Given<{ Commands::QUERIES.bits() }>,
@@ -90,7 +93,13 @@ pub struct VoronoiArgs {
     #[command(flatten)]
     points: PointArgs,
     /// Lower and upper corner of the box, which contains all points
-    #[arg(long = "box", value_name = "X0,Y0[,Z0],X1,Y1[,Z1]", allow_hyphen_values = true, value_delimiter = ',', required = true)]
+    #[arg(
+        long = "box",
+        value_name = "X0,Y0[,Z0],X1,Y1[,Z1]",
+        allow_hyphen_values = true,
+        value_delimiter = ',',
+        required = true
+    )]
     corners: Vec<f64>,
     #[arg(short, long, value_name = "FILE", default_value = "-", help = OUTPUT_CSV)]
     output: PathBuf,
@@ -119,7 +128,8 @@ pub struct AlphaArgs {
 /// Returns a parser of the names of methods.
 fn methods() -> impl TypedValueParser<Value = Method> {
     let method = |name: String| Method::ALL.into_iter().find(|method| method.name() == name);
-    PossibleValuesParser::new(Method::ALL.map(Method::name)).try_map(move |name| method(name).ok_or("no method"))
+    PossibleValuesParser::new(Method::ALL.map(Method::name))
+        .try_map(move |name| method(name).ok_or("no method"))
 }
 
 /// Writes the cell of each query.
@@ -160,7 +170,8 @@ pub fn voronoi(args: &VoronoiArgs, talk: &Talk) -> Result<(), Failure> {
     let asked = Asked::of(&args.points, None, (&args.output, "csv"), talk)?;
     let dimension = asked.loaded.points.dimension();
     if args.corners.len() != 2 * dimension {
-        let message = format!("--box has {} numbers, but the points need {}", args.corners.len(), 2 * dimension);
+        let message =
+            format!("--box has {} numbers, but the points need {}", args.corners.len(), 2 * dimension);
         return Err(Failure::new(Code::Usage, message).help("give the lower corner, then the upper corner"));
     }
     let (low, high) = args.corners.split_at(dimension);
@@ -174,7 +185,8 @@ pub fn voronoi(args: &VoronoiArgs, talk: &Talk) -> Result<(), Failure> {
     };
     let volumes = volumes.map_err(|error| asked.failure(&error))?;
     let name = if dimension == 2 { "area" } else { "volume" };
-    let summary = format!("{}, {name} {}", counted(volumes.len() as u64, "cell"), volumes.iter().sum::<f64>());
+    let summary =
+        format!("{}, {name} {}", counted(volumes.len() as u64, "cell"), volumes.iter().sum::<f64>());
     write(&args.output, &table("volume", volumes.iter().map(f64::to_string)), &summary, talk)
 }
 
@@ -221,7 +233,9 @@ impl<'a> Asked<'a> {
     ) -> Result<Self, Failure> {
         if output.as_os_str() != "-" && output.extension().is_none_or(|found| found != extension) {
             let message = format!("{}: the output of this command is a .{extension} file", output.display());
-            return Err(Failure::new(Code::Usage, message).help(format!("give it a name that ends in .{extension}")));
+            return Err(
+                Failure::new(Code::Usage, message).help(format!("give it a name that ends in .{extension}"))
+            );
         }
         let given = args.given.options();
         let spec = given.spec()?;
@@ -252,7 +266,11 @@ impl<'a> Asked<'a> {
     }
 
     /// Triangulates the points.
-    fn made<P: Dimension + Coordinates>(&self, points: &[P], talk: &Talk) -> Result<Tessellation<P>, Failure> {
+    fn made<P: Dimension + Coordinates>(
+        &self,
+        points: &[P],
+        talk: &Talk,
+    ) -> Result<Tessellation<P>, Failure> {
         let spec = self.args.given.options().spec()?.with(|spec| {
             spec.recursion.spacing = self.loaded.spacing;
             spec.control.cancel = Some(talk.cancel.clone());

@@ -126,7 +126,8 @@ impl<P: Dimension> Tessellation<P> {
         }
         boundary.sort_unstable();
         let alone = has_cell.iter().zip(&facets.values).map(|(has_cell, value)| !has_cell && belongs(value));
-        let singular = facets.rows.iter().zip(alone).filter(|(_, alone)| *alone).map(|(row, _)| *row).collect();
+        let singular =
+            facets.rows.iter().zip(alone).filter(|(_, alone)| *alone).map(|(row, _)| *row).collect();
         Ok(AlphaShape { cells, boundary, singular, volume })
     }
 
@@ -154,8 +155,10 @@ impl<P: Dimension> Tessellation<P> {
         });
         let mut rows = loops::joined(0, blocks);
         sort_rows(&mut rows, width);
-        let places: Vec<(usize, usize)> =
-            rows.chunks_exact(width).map(|row| ((row[P::DIM] >> 2) as usize, (row[P::DIM] & 3) as usize)).collect();
+        let places: Vec<(usize, usize)> = rows
+            .chunks_exact(width)
+            .map(|row| ((row[P::DIM] >> 2) as usize, (row[P::DIM] & 3) as usize))
+            .collect();
         let mut of_cells = vec![P::Cell::splat(NONE); self.cells.len()];
         for (&(cell, slot), at) in places.iter().zip(0u32..) {
             of_cells[cell].as_mut()[slot] = at;
@@ -188,19 +191,17 @@ impl<P: Dimension> Tessellation<P> {
         if apexes.into_iter().any(|apex| in_smallest_ball(&face, self.points[apex as usize])) {
             return least;
         }
-        let own = if P::DIM == 2 { dist2(face[0], face[1]) / 4.0 } else { circumcircle([face[0], face[1], face[2]]).1 };
+        let own = if P::DIM == 2 {
+            dist2(face[0], face[1]) / 4.0
+        } else {
+            circumcircle([face[0], face[1], face[2]]).1
+        };
         // A rounded radius that is not a number is that of nearly collinear points.
         own.min(least)
     }
 
     /// Appends the edges in space from a vertex to larger ones, with their values.
-    fn alpha_edges(
-        &self,
-        v: u32,
-        facets: &Facets<P>,
-        star: &mut Seen,
-        found: &mut Vec<([u32; 2], f64)>,
-    ) {
+    fn alpha_edges(&self, v: u32, facets: &Facets<P>, star: &mut Seen, found: &mut Vec<([u32; 2], f64)>) {
         self.star(v, star);
         let mut ends: Vec<(u32, u32)> = Vec::new();
         for &cell in star.list() {

@@ -95,8 +95,7 @@ impl Body {
     fn of_box(low: DVec3, high: DVec3) -> Self {
         let ends = [low, high];
         let at = |i: usize| DVec3::new(ends[i & 1].x, ends[i >> 1 & 1].y, ends[i >> 2].z);
-        let faces =
-            [[0, 2, 3, 1], [4, 5, 7, 6], [0, 1, 5, 4], [2, 6, 7, 3], [0, 4, 6, 2], [1, 3, 7, 5]];
+        let faces = [[0, 2, 3, 1], [4, 5, 7, 6], [0, 1, 5, 4], [2, 6, 7, 3], [0, 4, 6, 2], [1, 3, 7, 5]];
         Body(faces.map(|face| Face { corners: face.map(at).to_vec(), side: None }).into())
     }
 

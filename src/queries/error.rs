@@ -35,7 +35,9 @@ pub enum QueryError {
         dimension: isize,
     },
     /// The lower corner of a box is not below the upper one, or a corner is not finite.
-    #[error("the box is empty or infinite along axis {axis}; its lower corner must be below its upper corner")]
+    #[error(
+        "the box is empty or infinite along axis {axis}; its lower corner must be below its upper corner"
+    )]
     EmptyBox {
         /// The axis, from 0.
         axis: usize,

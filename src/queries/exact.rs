@@ -99,13 +99,13 @@ pub(crate) fn nearer<P: Point>(q: P, a: P, b: P) -> Ordering {
 
 /// Returns the circumcentre of a positively oriented cell relative to its first corner. It may be infinite.
 pub(crate) fn circumcentre<P: Point>(cell: &[P]) -> P {
-    let all = integers_with_unit(&cell[..=P::DIM]);
-    let (all, unit) = (all.0, all.1);
+    let (all, unit) = integers_with_unit(&cell[..=P::DIM]);
     let rel: Vec<Vector> = all[1..].iter().map(|p| minus(p, &all[0])).collect();
     let (over, under) = if P::DIM == 2 {
         let up: Vector = [BigInt::ZERO, BigInt::ZERO, BigInt::from(1)];
         let squares = [dot(&rel[0], &rel[0]), dot(&rel[1], &rel[1])];
-        let turned = plus(&times(&cross(&rel[1], &up), &squares[0]), &times(&cross(&up, &rel[0]), &squares[1]));
+        let turned =
+            plus(&times(&cross(&rel[1], &up), &squares[0]), &times(&cross(&up, &rel[0]), &squares[1]));
         (turned, cross(&rel[0], &rel[1])[2].clone())
     } else {
         let sides = [cross(&rel[1], &rel[2]), cross(&rel[2], &rel[0]), cross(&rel[0], &rel[1])];
@@ -114,8 +114,8 @@ pub(crate) fn circumcentre<P: Point>(cell: &[P]) -> P {
     };
     let under = under * 2;
     let mut centre = P::default();
-    for axis in 0..P::DIM {
-        centre.set_coord(axis, ratio(&over[axis], &under) * unit);
+    for (axis, over) in over.iter().enumerate().take(P::DIM) {
+        centre.set_coord(axis, ratio(over, &under) * unit);
     }
     centre
 }

@@ -71,7 +71,9 @@ impl<P: Dimension> Tessellation<P> {
     /// Panics if there is no such cell.
     pub fn shape(&self, cell: u32) -> Shape {
         let mut corners = self.corners(cell);
-        corners.iter_mut().for_each(|corner| *corner = septet_geometry::range::scale(*corner, -self.exponent));
+        corners
+            .iter_mut()
+            .for_each(|corner| *corner = septet_geometry::range::scale(*corner, -self.exponent));
         Shape::of(&corners[..=P::DIM])
     }
 

@@ -36,7 +36,7 @@ pub mod weights;
 pub use alpha::{AlphaFiltration, AlphaShape};
 pub use dimension::Dimension;
 pub use error::QueryError;
-pub use tessellation::{NONE, Tessellation};
 pub use ragged::Ragged;
+pub use tessellation::{NONE, Tessellation};
 pub use voronoi::Ridges;
 pub use weights::{Barycentric, Method, Weights};

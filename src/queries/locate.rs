@@ -82,9 +82,13 @@ impl<P: Dimension> Tessellation<P> {
     /// Returns the smallest cell that contains each query, or [`NONE`] outside of the hull. A query on the hull is inside, so
     /// every vertex is. A query that is not finite is outside. Exact.
     pub fn locate(&self, queries: &[P]) -> Vec<u32> {
-        self.each(queries, NONE, |query, place, seen| {
-            if place.inside { self.smallest(query, place.cell, seen) } else { NONE }
-        })
+        self.each(
+            queries,
+            NONE,
+            |query, place, seen| {
+                if place.inside { self.smallest(query, place.cell, seen) } else { NONE }
+            },
+        )
     }
 
     /// Returns the answers to all queries in their order, and `missing` for queries that are not finite or if there are no

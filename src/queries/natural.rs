@@ -61,7 +61,12 @@ const UNIT: f64 = f64::from_bits((1023 - 214) << 52);
 
 impl<'a, P: Dimension> Cavity<'a, P> {
     /// Finds the cavity of a query in `cell`. Returns `None` if the query has to be moved and leaves the cell.
-    pub(crate) fn of(t: &'a Tessellation<P>, query: &Query<P>, cell: u32, seen: &'a mut Seen) -> Option<Self> {
+    pub(crate) fn of(
+        t: &'a Tessellation<P>,
+        query: &Query<P>,
+        cell: u32,
+        seen: &'a mut Seen,
+    ) -> Option<Self> {
         let q = query.near;
         let q = if query.fits { q } else { moved(t, q, cell)? };
         seen.clear();
@@ -74,8 +79,9 @@ impl<'a, P: Dimension> Cavity<'a, P> {
                 if next == NONE {
                     let mut corners = t.corners(cell);
                     corners[slot] = q;
-                    let is_flat = orientation(&corners[..=P::DIM]) == Sign::Zero;
-                    if is_flat { &mut flat } else { &mut facets }.push((cell, slot));
+                    let of_kind =
+                        if orientation(&corners[..=P::DIM]) == Sign::Zero { &mut flat } else { &mut facets };
+                    of_kind.push((cell, slot));
                 } else if !seen.contains(next) {
                     if in_sphere(&t.corners(next)[..=P::DIM], q) {
                         seen.push(next);
@@ -137,7 +143,8 @@ impl<'a, P: Dimension> Cavity<'a, P> {
             sums.add(&[a, b, c, none], triangle);
             for i in 0..3 {
                 let [from, to] = [triangle[i], triangle[(i + 1) % 3]];
-                let has_edge = |other: &[u32; 3]| (0..3).any(|j| [other[j], other[(j + 1) % 3]] == [to, from]);
+                let has_edge =
+                    |other: &[u32; 3]| (0..3).any(|j| [other[j], other[(j + 1) % 3]] == [to, from]);
                 if !triangles.iter().any(has_edge) {
                     sums.add(&[none, flat(at(from)), flat(at(to)), none], &[NONE, from, to]);
                 }

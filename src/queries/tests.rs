@@ -79,7 +79,7 @@ fn spheres<P: Dimension>() -> Vec<P> {
 }
 
 /// Sets of points with whole coordinates below 100, with ties of all kinds.
-fn whole_sets<P: Dimension>() -> Vec<Vec<P>> {
+fn whole_sets<P: Dimension + Coordinates>() -> Vec<Vec<P>> {
     let mut draw = Draw(7);
     let mut sets = vec![whole_grid(4), spheres()];
     sets.extend([(5, 3), (12, 3), (40, 4), (60, 8), (60, 60)].map(|(n, side)| draw.grid(n, side)));
@@ -101,7 +101,9 @@ fn orientation<P: Dimension>(cell: &[P]) -> i128 {
         return a[0] * b[1] - a[1] * b[0];
     }
     let c = rel(3);
-    c[0] * (a[1] * b[2] - a[2] * b[1]) + c[1] * (a[2] * b[0] - a[0] * b[2]) + c[2] * (a[0] * b[1] - a[1] * b[0])
+    c[0] * (a[1] * b[2] - a[2] * b[1])
+        + c[1] * (a[2] * b[0] - a[0] * b[2])
+        + c[2] * (a[0] * b[1] - a[1] * b[0])
 }
 
 /// The corners of a cell, and the corners with one replaced.
@@ -133,4 +135,3 @@ macro_rules! both {
     };
 }
 use both;
-

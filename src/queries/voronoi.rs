@@ -153,7 +153,8 @@ impl<P: Dimension> Tessellation<P> {
     fn frame(&self, (low, high): (P, P), centres: &[P]) -> Result<Frame<P>, QueryError> {
         let scaled = |p: P| septet_geometry::range::scale(p, self.exponent);
         let (low, high) = (scaled(low), scaled(high));
-        let is_range = |&axis: &usize| low.coord(axis) < high.coord(axis) && (high - low).coord(axis).is_finite();
+        let is_range =
+            |&axis: &usize| low.coord(axis) < high.coord(axis) && (high - low).coord(axis).is_finite();
         if let Some(axis) = (0..P::DIM).find(|axis| !is_range(axis)) {
             return Err(QueryError::EmptyBox { axis });
         }
@@ -244,7 +245,11 @@ impl<P: Dimension> Tessellation<P> {
                 [Some(slots[0]), Some(slots[1])] == [v, w] || [Some(slots[0]), Some(slots[1])] == [w, v]
             };
             let slots = P::EDGES.iter().position(|slots| is_edge(&slots)).unwrap_or(0);
-            if P::DIM == 2 { parts(&corners, centre)[slots] } else { space_part(&corners, centre, P::EDGES[slots]) }
+            if P::DIM == 2 {
+                parts(&corners, centre)[slots]
+            } else {
+                space_part(&corners, centre, P::EDGES[slots])
+            }
         };
         let [a, b] = edge.map(|v| self.points[v as usize]);
         let sum: f64 = ring.iter().map(part).sum();

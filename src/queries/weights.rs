@@ -134,9 +134,9 @@ impl<P: Dimension> Tessellation<P> {
             let cell = self.smallest(query, place.cell, seen);
             let linear = self.linear(query, cell);
             match natural {
-                Some(natural) if linear.len() > 1 => {
-                    Cavity::of(self, query, cell, seen).and_then(|cavity| cavity.row(natural)).unwrap_or(linear)
-                }
+                Some(natural) if linear.len() > 1 => Cavity::of(self, query, cell, seen)
+                    .and_then(|cavity| cavity.row(natural))
+                    .unwrap_or(linear),
                 _ => linear,
             }
         });
@@ -179,12 +179,12 @@ impl<P: Dimension> Tessellation<P> {
             return None;
         }
         let mut values = [0.0; 4];
-        for corner in 0..n {
+        for (corner, value) in values.iter_mut().enumerate().take(n) {
             let mut replaced = *corners;
             replaced[corner] = query.near;
             let rounded = P::rounded_orientation(&replaced[..n]);
             if rounded.is_certain() {
-                values[corner] = rounded.det;
+                *value = rounded.det;
             } else if orientation(&replaced[..n]) != Sign::Zero {
                 return None;
             }

@@ -65,7 +65,8 @@ fn volumes_add_up_to_the_box() {
     ] {
         place.good(&format!("voronoi {input} --box {corners} -o cells.csv"));
         let found = text(&place, "cells.csv");
-        let volumes = found.lines().skip(1).map(|line| line.split_once(',').unwrap().1.parse::<f64>().unwrap());
+        let volumes =
+            found.lines().skip(1).map(|line| line.split_once(',').unwrap().1.parse::<f64>().unwrap());
         let volumes: Vec<f64> = volumes.collect();
         assert!((volumes.iter().sum::<f64>() - whole).abs() < 1e-12, "{input}");
         assert_eq!(volumes.iter().filter(|volume| **volume == 0.0).count(), usize::from(input == "p.csv"));

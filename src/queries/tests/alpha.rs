@@ -9,9 +9,8 @@ fn ball<P: Dimension>(face: &[P]) -> (P, f64) {
     let base = face[0];
     let rel: Vec<P> = face[1..].iter().map(|&p| p - base).collect();
     let n = rel.len();
-    let mut rows: Vec<Vec<f64>> = (0..n)
-        .map(|i| (0..n).map(|j| rel[i].dot(rel[j])).chain([rel[i].norm2() / 2.0]).collect())
-        .collect();
+    let mut rows: Vec<Vec<f64>> =
+        (0..n).map(|i| (0..n).map(|j| rel[i].dot(rel[j])).chain([rel[i].norm2() / 2.0]).collect()).collect();
     for i in 0..n {
         let pivot = (i..n).max_by(|&a, &b| rows[a][i].abs().total_cmp(&rows[b][i].abs())).unwrap();
         rows.swap(i, pivot);
@@ -33,22 +32,32 @@ fn values<P: Dimension + Coordinates>() {
     for points in sets {
         let t = made(&points);
         let filtration = t.alpha_filtration();
-        let close = |a: f64, b: f64| (a - b).abs() <= 1e-9 * b;
+        let close = |a: f64, b: f64| (a - b).abs() <= 1e-7 * b;
         for (cell, &value) in t.cells().iter().zip(&filtration.cells) {
             let face: Vec<P> = cell.as_ref().iter().map(|&v| points[v as usize]).collect();
             assert!(close(value, ball(&face).1));
         }
-        let cells: Vec<(Vec<u32>, f64)> =
-            t.cells().iter().map(|cell| cell.as_ref().to_vec()).zip(filtration.cells.iter().copied()).collect();
+        let cells: Vec<(Vec<u32>, f64)> = t
+            .cells()
+            .iter()
+            .map(|cell| cell.as_ref().to_vec())
+            .zip(filtration.cells.iter().copied())
+            .collect();
         let facets: Vec<(Vec<u32>, f64)> = filtration
             .facets
             .iter()
             .map(|row| row.as_ref().to_vec())
             .zip(filtration.facet_values.iter().copied())
             .collect();
-        let edges: Vec<(Vec<u32>, f64)> =
-            filtration.edges.iter().map(|row| row.to_vec()).zip(filtration.edge_values.iter().copied()).collect();
-        assert!(facets.is_sorted_by_key(|(row, _)| row.clone()) && edges.is_sorted_by_key(|(row, _)| row.clone()));
+        let edges: Vec<(Vec<u32>, f64)> = filtration
+            .edges
+            .iter()
+            .map(|row| row.to_vec())
+            .zip(filtration.edge_values.iter().copied())
+            .collect();
+        assert!(
+            facets.is_sorted_by_key(|(row, _)| row.clone()) && edges.is_sorted_by_key(|(row, _)| row.clone())
+        );
         let mut levels = vec![(&facets, &cells)];
         if P::DIM == 3 {
             levels.push((&edges, &facets));
@@ -62,7 +71,10 @@ fn values<P: Dimension + Coordinates>() {
                 let at = above.iter().filter(|(row, _)| face.iter().all(|v| row.contains(v)));
                 let least = at.map(|(_, value)| *value).fold(f64::INFINITY, f64::min);
                 assert!(*value <= least);
-                assert!(close(*value, if is_empty { radius2 } else { least }), "{face:?} {value} {radius2} {least}");
+                assert!(
+                    close(*value, if is_empty { radius2 } else { least }),
+                    "{face:?} {value} {radius2} {least}"
+                );
             }
         }
     }

@@ -16,7 +16,8 @@ fn queries<P: Dimension>(points: &[P]) -> Vec<P> {
 }
 
 fn expected<P: Dimension>(t: &Tessellation<P>, q: P) -> u32 {
-    let holds = |cell: &usize| (0..=P::DIM).all(|slot| orientation(&replaced(corners(t, *cell), slot, q)) >= 0);
+    let holds =
+        |cell: &usize| (0..=P::DIM).all(|slot| orientation(&replaced(corners(t, *cell), slot, q)) >= 0);
     (0..t.cells().len()).find(holds).map_or(NONE, |cell| cell as u32)
 }
 

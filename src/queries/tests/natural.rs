@@ -26,7 +26,13 @@ fn check<P: Dimension>(t: &Tessellation<P>, queries: &[P], tolerance: f64) {
             }
             let sum: f64 = row.iter().map(|entry| entry.1).sum();
             assert!((sum - 1.0).abs() < 1e-14);
-            assert!((made[i] - linear(q)).abs() < tolerance, "{} {q:?} {} {}", method.name(), made[i], linear(q));
+            assert!(
+                (made[i] - linear(q)).abs() < tolerance,
+                "{} {q:?} {} {}",
+                method.name(),
+                made[i],
+                linear(q)
+            );
         }
     }
 }
@@ -86,8 +92,9 @@ fn sibson<P: Dimension + Coordinates>() {
             let of_q = after[points.len()];
             let weights = t.weights(&[q], Method::Sibson);
             for v in 0..points.len() {
-                let weight = row(&weights, 0).iter().find(|entry| entry.0 as usize == v).map_or(0.0, |entry| entry.1);
-                assert!((weight - (before[v] - after[v]) / of_q).abs() < 1e-9 * 80f64.powi(P::DIM as i32));
+                let weight =
+                    row(&weights, 0).iter().find(|entry| entry.0 as usize == v).map_or(0.0, |entry| entry.1);
+                assert!((weight - (before[v] - after[v]) / of_q).abs() < 1e-6);
             }
             let ridges = with.ridges_in(low, high).unwrap();
             let mut laplace: Vec<(u32, f64)> = Vec::new();

@@ -60,7 +60,8 @@ fn hull<P: Dimension + Coordinates>() {
         assert_eq!(around.len(), points.len());
         for v in 0..points.len() as u32 {
             let with = t.cells().iter().filter(|cell| cell.as_ref().contains(&v));
-            let mut expected: Vec<u32> = with.flat_map(|cell| cell.as_ref().to_vec()).filter(|&w| w != v).collect();
+            let mut expected: Vec<u32> =
+                with.flat_map(|cell| cell.as_ref().to_vec()).filter(|&w| w != v).collect();
             expected.sort_unstable();
             expected.dedup();
             assert_eq!(around.row(v as usize), expected);
@@ -109,6 +110,9 @@ fn flat_sets_have_no_cells() {
     assert_eq!(t.nearest(&[glam::DVec3::new(2.4, 2.4, 2.9), glam::DVec3::splat(0.5)]), [3, 0]);
     assert_eq!(t.voronoi_volumes(), Err(QueryError::Flat { dimension: 1 }));
     let none = made::<glam::DVec2>(&[]);
-    assert_eq!((none.nearest(&[glam::DVec2::ONE]), none.is_empty(), none.dimension()), (vec![NONE], true, -1));
+    assert_eq!(
+        (none.nearest(&[glam::DVec2::ONE]), none.is_empty(), none.dimension()),
+        (vec![NONE], true, -1)
+    );
     assert_eq!(none.alpha_filtration().facets, none.alpha_shape(1.0).unwrap().boundary);
 }

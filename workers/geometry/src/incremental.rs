@@ -30,7 +30,7 @@ mod triangulation;
 
 pub use cells::Cells;
 pub use operations::Operations;
-pub use order::{curve_order, FarPoints, insertion_order, insertion_round};
+pub use order::{FarPoints, curve_order, insertion_order, insertion_round};
 pub use read::facet_without;
 pub use rows::{FIRST_MARK, KeptCells};
 pub use triangulation::{Incremental, IncrementalError, STOP_CHECK_INTERVAL};
