@@ -99,8 +99,7 @@ pub(crate) fn nearer<P: Point>(q: P, a: P, b: P) -> Ordering {
 
 /// Returns the circumcentre of a positively oriented cell relative to its first corner. It may be infinite.
 pub(crate) fn circumcentre<P: Point>(cell: &[P]) -> P {
-    let all = integers_with_unit(&cell[..=P::DIM]);
-    let (all, unit) = (all.0, all.1);
+    let (all, unit) = integers_with_unit(&cell[..=P::DIM]);
     let rel: Vec<Vector> = all[1..].iter().map(|p| minus(p, &all[0])).collect();
     let (over, under) = if P::DIM == 2 {
         let up: Vector = [BigInt::ZERO, BigInt::ZERO, BigInt::from(1)];

@@ -79,8 +79,9 @@ impl<'a, P: Dimension> Cavity<'a, P> {
                 if next == NONE {
                     let mut corners = t.corners(cell);
                     corners[slot] = q;
-                    let is_flat = orientation(&corners[..=P::DIM]) == Sign::Zero;
-                    if is_flat { &mut flat } else { &mut facets }.push((cell, slot));
+                    let of_kind =
+                        if orientation(&corners[..=P::DIM]) == Sign::Zero { &mut flat } else { &mut facets };
+                    of_kind.push((cell, slot));
                 } else if !seen.contains(next) {
                     if in_sphere(&t.corners(next)[..=P::DIM], q) {
                         seen.push(next);

@@ -82,13 +82,12 @@ impl<P: Dimension> Tessellation<P> {
             while let Some(vertex) = tied.get(head) {
                 head += 1;
                 self.star(vertex, star);
-                for v in self.vertices_of(star.list()) {
-                    match if v == best { Ordering::Greater } else { query.nearer(self, v, best) } {
-                        Ordering::Less => best = v,
-                        Ordering::Equal => {
-                            tied.push(v);
-                        }
-                        Ordering::Greater => {}
+                for v in self.vertices_of(star.list()).filter(|v| *v != before) {
+                    let order = query.nearer(self, v, best);
+                    if order.is_lt() {
+                        best = v;
+                    } else if order.is_eq() {
+                        tied.push(v);
                     }
                 }
                 if best != before {

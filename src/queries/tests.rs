@@ -79,7 +79,7 @@ fn spheres<P: Dimension>() -> Vec<P> {
 }
 
 /// Sets of points with whole coordinates below 100, with ties of all kinds.
-fn whole_sets<P: Dimension>() -> Vec<Vec<P>> {
+fn whole_sets<P: Dimension + Coordinates>() -> Vec<Vec<P>> {
     let mut draw = Draw(7);
     let mut sets = vec![whole_grid(4), spheres()];
     sets.extend([(5, 3), (12, 3), (40, 4), (60, 8), (60, 60)].map(|(n, side)| draw.grid(n, side)));

@@ -179,12 +179,12 @@ impl<P: Dimension> Tessellation<P> {
             return None;
         }
         let mut values = [0.0; 4];
-        for corner in 0..n {
+        for (corner, value) in values.iter_mut().enumerate().take(n) {
             let mut replaced = *corners;
             replaced[corner] = query.near;
             let rounded = P::rounded_orientation(&replaced[..n]);
             if rounded.is_certain() {
-                values[corner] = rounded.det;
+                *value = rounded.det;
             } else if orientation(&replaced[..n]) != Sign::Zero {
                 return None;
             }

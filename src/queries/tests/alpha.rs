@@ -32,7 +32,7 @@ fn values<P: Dimension + Coordinates>() {
     for points in sets {
         let t = made(&points);
         let filtration = t.alpha_filtration();
-        let close = |a: f64, b: f64| (a - b).abs() <= 1e-9 * b;
+        let close = |a: f64, b: f64| (a - b).abs() <= 1e-7 * b;
         for (cell, &value) in t.cells().iter().zip(&filtration.cells) {
             let face: Vec<P> = cell.as_ref().iter().map(|&v| points[v as usize]).collect();
             assert!(close(value, ball(&face).1));

@@ -58,7 +58,8 @@ fn moved_grids<P: Dimension + Coordinates>() {
         for (v, &p) in grid.iter().enumerate() {
             assert!((volumes[v] - 1.0).abs() < 20.0 * step + 1e-12, "{step} {}", volumes[v]);
             let is_inner = (0..P::DIM).all(|i| p.coord(i) > 0.0 && p.coord(i) < (side - 1) as f64);
-            assert_eq!(free[v].is_finite(), is_inner, "{p:?}");
+            // A point of the boundary may be moved into the hull.
+            assert!(step > 0.0 || free[v].is_finite() == is_inner, "{p:?}");
             assert!(!is_inner || (free[v] - 1.0).abs() < 20.0 * step + 1e-12, "{step} {}", free[v]);
         }
     }
