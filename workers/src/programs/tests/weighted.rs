@@ -40,7 +40,7 @@ const WAYS: [Way; 4] =
 
 fn run<P: Point>(sites: &[P], workers: u32, way: Way, fault: Option<Fault>) -> Vec<Share<P>> {
     let task = Task::Delaunay { skips_invalid: false };
-    let plain = WorkerConfig { workers, task, fault, ..WorkerConfig::plain() };
+    let plain = WorkerConfig { task, workers, fault, ..WorkerConfig::plain() };
     let config = match way {
         Way::Directly => WorkerConfig { counted: false, ..plain },
         Way::ByStars(repair) => {
