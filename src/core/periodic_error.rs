@@ -39,7 +39,7 @@ pub enum PeriodicError {
     },
     /// A site lies outside of the box.
     #[error(
-        "point {index}: coordinate {value} lies outside of the periodic box from {low} to {high} (rounded), as {others} other points do"
+        "point {index}: coordinate {value} lies outside of the periodic box from {low} to {high} (rounded){}", and_others(*others)
     )]
     Outside {
         /// Position of the first such point.
@@ -89,6 +89,15 @@ pub enum PeriodicError {
         /// The output.
         output: &'static str,
     },
+}
+
+/// Returns the end of a message that names one of several points.
+fn and_others(others: usize) -> String {
+    match others {
+        0 => String::new(),
+        1 => ", as another point does".to_owned(),
+        _ => format!(", as {others} other points do"),
+    }
 }
 
 impl PeriodicError {

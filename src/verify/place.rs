@@ -7,8 +7,8 @@
 //! 2. `x + high = sum + rest[0]` and `sum + low = near + rest[1]` exactly (two-sum, Knuth). Sums of floats do not underflow, and
 //!    [`super::soup`] keeps all numbers below `2^900`, so they do not overflow.
 //!
-//! So `|near - (x + k L)|` is at most `|rest[0]| + |rest[1]|`, which [`Place::slack`] bounds. If `x + k L` is a float, both are 0:
-//! `near` is then the last rounding of a sum without rounding errors.
+//! So `|near - (x + k L)|` is at most `|rest[0]| + |rest[1]|`, which [`Place::slack`] bounds. If no sum is rounded, both
+//! are 0.
 //!
 //! **Source.** Two-sum: Knuth, *The Art of Computer Programming*, volume 2, 4.2.2.
 //!
@@ -19,7 +19,8 @@ use std::cmp::Ordering;
 
 use super::dyadic::{split, sum_sign, two_to};
 
-/// The largest number in a file of offsets, and the largest number of lengths between a point and the box at 0. Translations are
+/// The largest number in a file of offsets, and the largest number of lengths between a point and the box at
+/// the first point. Translations are
 /// sums of at most 15 of them, and smaller than `2^30`.
 pub(super) const FARTHEST: i32 = 1 << 26;
 

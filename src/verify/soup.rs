@@ -159,12 +159,13 @@ impl<P: Place<D>, const D: usize, const N: usize> Soup<P, D, N> {
         self.bases = bases.into_iter().flatten().collect();
     }
 
-    /// Returns the translation of a point into the box, unless there are too many lengths.
+    /// Returns the translation of a point into the box whose lower corner is the first point, unless there are too many lengths.
     fn base_of(&self, point: usize) -> Option<P::Steps> {
         let mut base = P::Steps::ZERO;
         for axis in self.periodic_axes() {
             let (x, length) = (self.points[point][axis], self.lengths[axis]);
-            let estimate = -(x / length).floor();
+            let low = self.points[0][axis];
+            let estimate = -((x - low) / length).floor();
             if estimate.abs() > f64::from(FARTHEST) {
                 return None;
             }
@@ -172,7 +173,8 @@ impl<P: Place<D>, const D: usize, const N: usize> Soup<P, D, N> {
             let inside = |steps: i32| {
                 let sign = |steps: i32| {
                     let moved = P::of(&self.points[point], P::Steps::along(axis, steps), &self.lengths);
-                    sum_sign(&moved.parts(axis))
+                    let [a, b, c] = moved.parts(axis);
+                    sum_sign(&[a, b, c, -low])
                 };
                 sign(steps).is_ge() && sign(steps - 1).is_lt()
             };

@@ -300,3 +300,32 @@ fn boxes_that_do_not_fit_the_cells_are_refused() {
     }
     place.good("verify p.csv c.npy --periodic 10,20 --wrap --origin 5,5 --offsets o.npy");
 }
+
+/// A box far from 0, its upper face as a rounded sum, and the offsets of few points.
+#[test]
+fn boxes_far_away_verify() {
+    let place = Place::new();
+    let row = |i: u32| format!("{},{}\n", 68e6 + f64::from(i * 7 % 20) / 32.0, 68e6 + f64::from(i) / 32.0);
+    place.file("p.csv", (0..20).map(row).fold("x,y\n".to_owned(), |text, row| text + &row));
+    let given = "--periodic 1,1 --origin 68000000,68000000";
+    place.good(&format!("triangulate p.csv {given} -o c.npy --offsets o.npy"));
+    place.good(&format!("verify p.csv c.npy {given} --offsets o.npy"));
+    place.file("q.csv", "x,y\n0.1,0\n2.1,0.5\n1,1\n");
+    place.good("triangulate q.csv --periodic 2,2 --origin 0.1,0 -o c.npy");
+    place.file("one.xyz", "0.25 0.5 0.75\n");
+    place.good("triangulate one.xyz --periodic 1,1,1 -o c.npy --offsets o.npy");
+    let (_, offsets) = bytes_after_header(&place, "o.npy");
+    assert!(offsets.chunks(12).all(|cell| cell[..3] == [0; 3]), "{offsets:?}");
+}
+
+#[cfg(unix)]
+#[test]
+fn a_failed_certificate_ends_all_processes_alike() {
+    let place = Place::new();
+    place.file("p.csv", table());
+    for processes in [3, 5] {
+        let line = "simulate p.csv --periodic 10,20 --workers 3 --fault spoil:1 -o c.npy";
+        let line = format!("{line} --transport processes --processes {processes}");
+        place.fails(&line, 4, &["the certificate failed"]);
+    }
+}

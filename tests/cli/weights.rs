@@ -317,3 +317,44 @@ fn cells_and_hidden_points_are_verified() {
         place.fails(&format!("verify {line}"), 2, &[words]);
     }
 }
+
+/// Images that are far shorter than all images without weights, and centres that need more digits than messages have.
+#[test]
+fn very_heavy_points_have_exact_stars() {
+    let place = Place::new();
+    for exponent in [200, 270, 342, 352, 360] {
+        let heavy = 2f64.powi(exponent);
+        let row = |i: u64| {
+            let at = |factor: u64| ((i * factor) % 1009) as f64 / 1024.0;
+            format!("{},{},{},{}\n", at(611), at(357), at(811), if i == 40 { heavy } else { 0.0 })
+        };
+        place.file("p.csv", (0..80).map(row).fold("x,y,z,w\n".to_owned(), |text, row| text + &row));
+        place.good("triangulate p.csv --weights w -o a.npy --json a.json");
+        for workers in [1, 3] {
+            let line = format!("simulate p.csv --weights w -o b.npy --json b.json --workers {workers}");
+            place.good(&line);
+            assert!(read(&place, "a.npy") == read(&place, "b.npy"), "2^{exponent}, {workers} workers");
+            let (report, points) = (place.json("b.json"), place.json("b.json")["points"].clone());
+            assert_eq!(points, place.json("a.json")["points"]);
+            let count = |name: &str| report["how_proved"][name].as_u64().unwrap();
+            let stars: u64 = ["direct", "hypothesis", "local_radius", "exchange"].map(count).iter().sum();
+            assert_eq!(stars, points["used"].as_u64().unwrap() + points["hidden"].as_u64().unwrap());
+        }
+    }
+}
+
+/// The supergraph is one of positions, so its numbers do not depend on weights.
+#[test]
+fn the_graph_of_hidden_points_counts_them() {
+    let place = Place::new();
+    let row = |i: u64| {
+        let at = |factor: u64| ((i * factor) % 2003) as f64 / 2048.0;
+        format!("{},{},{},{}\n", at(611), at(357), (i % 7) as f64 / 20.0, 0)
+    };
+    place.file("p.csv", (0..400).map(row).fold("x,y,w,v\n".to_owned(), |text, row| text + &row));
+    let graphs = ["w", "v"].map(|weights| {
+        place.good(&format!("simulate p.csv --columns x,y --weights {weights} --alpha 3 --json r.json"));
+        place.json("r.json")["graph"].clone()
+    });
+    assert_eq!(graphs[0], graphs[1]);
+}

@@ -82,8 +82,8 @@ fn separators(run: &RunData) -> Option<PageFigure> {
         return None;
     }
     let exponent = 1.0 - 1.0 / run.space();
-    let power = if run.space() == 2.0 { "m^(1/2)" } else { "m^(2/3)" };
-    let law = LawShape { of: &|m| m.powf(exponent), affine: false, name: power };
+    let power = format!("m^({}/{})", run.space() - 1.0, run.space());
+    let law = LawShape { of: &|m| m.powf(exponent), affine: false, name: &power };
     let series = with_law("every split", &marks, &law);
     let plot = Plot {
         x: ("points of the node, m", true),

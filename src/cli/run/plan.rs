@@ -120,6 +120,10 @@ impl<'a> Plan<'a> {
                 format!("--stats: the numbers exist in dimensions 2 and 3, not in dimension {dimension}");
             return team.agree(Err(Failure::new(Code::Usage, message).help("omit --stats")));
         }
+        if dimension > 3 && self.goal.given().has("view") {
+            let message = format!("--view: pictures show dimensions 2 and 3, not dimension {dimension}");
+            return team.agree(Err(Failure::new(Code::Usage, message).help("omit --view")));
+        }
         let options = args.writing.options();
         let mut outputs = args.output.iter();
         team.agree(outputs.try_for_each(|output| Ok(check_dimension(output, &options, dimension)?)))

@@ -96,6 +96,9 @@ pub struct Facts {
     pub dimension: isize,
     /// The input points by their use.
     pub points: Accounting,
+    /// Number of points that have stars on the machine: vertices, points that are hidden by others than the one at their
+    /// place, and images of both in a periodic box.
+    pub stars: u64,
     /// Number of cells.
     pub cells: u64,
     /// Number of facets of the convex hull.
@@ -273,13 +276,8 @@ impl Outcome {
     pub fn unite(&mut self, mut counts: CondensedLedger) {
         if !self.is_flat() {
             distort(&mut counts.part, self.own_counts.as_ref().and_then(|own| own.fault));
-            self.ledger = Ledger::of_condensed(counts, self.machine_vertices(), self.space);
+            self.ledger = Ledger::of_condensed(counts, self.facts.stars, self.space);
         }
-    }
-
-    /// Returns the number of vertices on the machine: those of the result, and images of them in a periodic box.
-    pub fn machine_vertices(&self) -> u64 {
-        self.kept.periodic.as_ref().map_or(self.points.used, |part| part.vertices)
     }
 
     /// Returns `true` if this process has all shares.

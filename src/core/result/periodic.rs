@@ -47,8 +47,6 @@ pub struct PeriodicCells {
     pub sheets: Vec<u32>,
     /// Number of images of sites that the machine triangulated besides the sites.
     pub images: u64,
-    /// Number of vertices of the triangulation of the sites and their images.
-    pub(crate) vertices: u64,
     /// Number of coordinates.
     space: usize,
     /// The packed vertices of all cells, in canonical order.
@@ -61,15 +59,7 @@ impl PeriodicCells {
     /// Collects packed cells.
     pub(crate) fn new(mut packed: Vec<u64>, steps: Vec<Steps>, space: usize) -> Self {
         sort_rows(&mut packed, space + 1);
-        PeriodicCells {
-            is_simplicial: false,
-            sheets: Vec::new(),
-            images: 0,
-            vertices: 0,
-            space,
-            packed,
-            steps,
-        }
+        PeriodicCells { is_simplicial: false, sheets: Vec::new(), images: 0, space, packed, steps }
     }
 
     /// Returns the number of cells.

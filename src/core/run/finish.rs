@@ -42,7 +42,7 @@ pub(super) fn finish<P: Point>(
     let (exponent, refutation) = End::of(&shares, balance)?.decide::<P>(settings)?;
     let (facts, left_out) = facts(settings, &mut shares, (P::DIM, P::IS_WEIGHTED), refutation);
     let is_empty = facts.is_flat() && !is_selection(machine);
-    let points = facts.points.used;
+    let points = facts.stars;
     let mut outcome = Outcome { left_out, plan: settings.planning, ..Outcome::of_facts(facts, placement) };
     outcome.has_owners = keep.owner && !is_empty;
     outcome.kept.costs = cost_trace(machine)?;
@@ -217,6 +217,7 @@ fn facts<P: Point>(
         space,
         dimension,
         points,
+        stars: population.count,
         cells,
         hull_facets: if refutation.is_none() { merged.hull_facets } else { 0 },
         stars_local: merged.local,

@@ -13,7 +13,8 @@ use crate::result::stats::{HULL_FACET, Measured, PlacedShare, Stats, degree, deg
 
 impl Outcome {
     /// Returns the numbers of the triangulation, given the coordinates of all points of the input, `space` for each point. Returns
-    /// `None` if this process does not have all shares, or if the coordinates are those of other points.
+    /// `None` if this process does not have all shares, if the coordinates are those of other points, or in more than three
+    /// dimensions.
     ///
     /// ```
     /// // Nine points of a grid: eight triangles, half a unit square each.
@@ -26,7 +27,10 @@ impl Outcome {
     /// # Ok::<(), septet_core::Error>(())
     /// ```
     pub fn stats(&self, coordinates: &[f64]) -> Option<Stats> {
-        if !self.is_whole() || coordinates.len() as u64 != self.points.input * self.space as u64 {
+        if self.space > 3
+            || !self.is_whole()
+            || coordinates.len() as u64 != self.points.input * self.space as u64
+        {
             return None;
         }
         shared_stats(&mut Processes::over(&mut Alone), self, coordinates).ok()

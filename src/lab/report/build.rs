@@ -137,7 +137,7 @@ fn how_proved(run: &Outcome) -> HowProved {
     if run.refutation.is_some() {
         return HowProved { direct: 0, hypothesis: 0, local_radius: 0, exchange: 0 };
     }
-    let certified = if run.cell_count() == 0 { 0 } else { run.machine_vertices() };
+    let certified = if run.cell_count() == 0 { 0 } else { run.stars };
     let others = certified.saturating_sub(run.stars_local + run.stars_repaired);
     // Only the algorithm of the paper is counted, and only that algorithm has a hypothesis.
     let (direct, hypothesis) = if run.settled.counted { (0, others) } else { (others, 0) };

@@ -76,7 +76,8 @@ impl InputReport {
             let _ = write!(line, ", {}", plural(count, noun));
         }
         let axis = |(axis, [low, high]): (&str, &[f64; 2])| format!("{axis} {low:?} to {high:?}");
-        let axes: Vec<String> = ["x", "y", "z"].into_iter().zip(&self.extent).map(axis).collect();
+        let axes: Vec<String> =
+            ["x", "y", "z", "x4", "x5", "x6"].into_iter().zip(&self.extent).map(axis).collect();
         if axes.is_empty() { line } else { format!("{line}; {}", axes.join(", ")) }
     }
 

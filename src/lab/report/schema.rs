@@ -170,8 +170,8 @@ pub struct Fallback {
     pub points: u64,
 }
 
-/// Number of stars by kind of proof; the numbers add up to `points.used`, and in a periodic box
-/// also count images.
+/// Number of stars by kind of proof; the numbers add up to the points with stars: `points.used`,
+/// hidden points, and images of both in a periodic box.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize)]
 #[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub struct HowProved {

@@ -11,7 +11,8 @@ impl RunReport {
             -1 => "there are no points".to_owned(),
             0 => "all points coincide (dimension 0)".to_owned(),
             1 => "all points lie on a line (dimension 1)".to_owned(),
-            _ => "all points lie in a plane (dimension 2)".to_owned(),
+            2 => "all points lie in a plane (dimension 2)".to_owned(),
+            d => format!("all points lie in an affine space of dimension {d}"),
         };
         let advice = if self.space == 3 && self.dimension == 2 {
             "; {dimension=2} triangulates x and y only"

@@ -36,7 +36,7 @@ fn levels(run: &Outcome) -> Vec<LevelRow<LevelDepths>> {
 /// Returns the size of the supergraph.
 pub(super) fn graph(run: &Outcome) -> GraphReport {
     GraphReport {
-        size: rows::graph(&run.ledger, run.machine_vertices()),
+        size: rows::graph(&run.ledger, run.stars),
         edge_hash: format!("{:016x}", run.ledger.part.edge_hash),
     }
 }

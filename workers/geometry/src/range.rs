@@ -25,6 +25,24 @@ pub const LOWEST: i32 = -214;
 /// Highest admissible exponent of a power of two that exceeds every coordinate.
 pub const HIGHEST: i32 = 196;
 
+/// Rounds the coordinates of a place to the lowest digit of the range. Returns `None` if one is beyond the range or is not finite.
+///
+/// Sums with a number of the lowest digit round to it. Coordinates that are larger have no lower digits.
+pub fn rounded_into<P: Point>(mut place: P) -> Option<P> {
+    let two_to = |exponent: i32| f64::from_bits(((1023 + exponent) as u64) << 52);
+    let (round, most) = (1.5 * two_to(LOWEST + 52), two_to(HIGHEST - 1));
+    for i in 0..P::DIM {
+        let x = place.coord(i);
+        if x.is_nan() || x.abs() > most {
+            return None;
+        }
+        if x.abs() < two_to(LOWEST + 51) {
+            place.set_coord(i, (x + round) - round);
+        }
+    }
+    Some(place)
+}
+
 /// The reason why signs cannot be computed exactly.
 #[derive(Clone, Copy, Debug, PartialEq, Error)]
 pub enum RangeError {

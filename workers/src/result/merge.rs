@@ -330,6 +330,7 @@ impl<P: Point> Results<'_, P> {
         let (repaired, is_hidden) = (stars.has_changed(vertex), stars.cover(vertex).is_some());
         let radius = self.separator_radius(vertex);
         let provable = !repaired
+            && !is_hidden
             && finite == link.len() as u64
             && if P::IS_WEIGHTED {
                 self.reaches_are_at_most(vertex, radius)

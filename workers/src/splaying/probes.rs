@@ -27,6 +27,7 @@ use septet_geometry::cost::Sweep;
 use septet_geometry::measure::circumcentre;
 use septet_geometry::point::{Point, dist2};
 use septet_geometry::predicates::{ExactTests, Sign, in_sphere, orientation};
+use septet_geometry::range::rounded_into;
 use septet_protocol::ids::{NodeId, Phase};
 use septet_protocol::ledger::Account;
 use septet_protocol::transport::TransportError;
@@ -87,8 +88,10 @@ impl<'a, P: Point> Probes<'a, P> {
                 radius2 += heaviest - corners.as_ref()[0].weight();
             }
             let leaf = leaf_number(leaves, question.star);
-            balls.extend(radius2.is_finite().then_some(Centre { at, radius2, leaf }));
-            radius2.is_finite()
+            // A place in a message has digits in the exact range.
+            let at = rounded_into(at).filter(|_| radius2.is_finite());
+            balls.extend(at.map(|at| Centre { at, radius2, leaf }));
+            at.is_some()
         });
         let search = if round > OF_ONE_LEAF { IN_BALL } else { AT_CENTRE };
         let at = cx.round();

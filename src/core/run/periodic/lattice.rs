@@ -147,7 +147,8 @@ impl Lattice {
             let low = self.origin[axis];
             let (moved, found) = match self.place(row.parts(axis), axis) {
                 Place::Inside => (row.parts(axis), 0),
-                Place::Outside if self.wrap => {
+                // The upper end of the box, as a float, may lie beyond it.
+                Place::Outside if self.wrap || (low..=low + length).contains(&value) => {
                     let far =
                         PeriodicError::Far { index, value: self.given(value), length: self.given(length) };
                     self.wrapped(value, axis).ok_or(far)?

@@ -1,8 +1,8 @@
 //! The cells of a periodic triangulation: one of each class of translated cells, in canonical order.
 //!
 //! A vertex of a cell is a row and a vector of lengths, its *offset*: the vertex lies at the row's point plus the offset times
-//! the box. The least row has the offset 0. If it occurs several times, the occurrence is taken for which the sorted
-//! vertices are least. Vertices are sorted by row and offset; the order of the last two keeps the orientation positive.
+//! the box. The least row has the offset 0. If it occurs several times, the first occurrence by position has. Vertices are
+//! sorted by row and offset; the order of the last two keeps the orientation positive.
 //! Cells are sorted by their vertices. So the result depends on the triangulation only.
 
 use std::ops::Range;
@@ -14,7 +14,7 @@ use septet_workers::config::cores::{map, map_blocks};
 use super::images::{Images, Sites};
 use super::team::Team;
 use crate::error::Error;
-use crate::result::periodic::{Steps, Vertex, difference};
+use crate::result::periodic::{Vertex, difference};
 use crate::result::share::{Neighbour, WorkerShare};
 
 /// The cells of the result.
@@ -152,27 +152,15 @@ fn is_first_base<P: Position>(corners: &[Weighted<P>; 4], is_base: [bool; 4]) ->
 fn canonical<P: Point>(mut vertices: [Vertex; 4]) -> [Vertex; 4] {
     let n = P::DIM + 1;
     let is_odd = sort(&mut vertices[..n]);
-    let least = vertices[0].row;
-    if vertices[1].row != least && vertices[0].steps == [0; 3] {
-        if is_odd {
-            vertices.swap(n - 2, n - 1);
-        }
-        return vertices;
-    }
-    let moved = |at: Steps| {
-        let mut moved = vertices;
-        for vertex in &mut moved[..n] {
-            vertex.steps = difference(vertex.steps, at);
-        }
-        moved
-    };
     // A translation does not change the order of vertices of the same row.
-    let all = vertices[..n].iter().take_while(|vertex| vertex.row == least).map(|vertex| moved(vertex.steps));
-    let mut first = all.min().unwrap_or(vertices);
-    if is_odd {
-        first.swap(n - 2, n - 1);
+    let first = vertices[0].steps;
+    for vertex in &mut vertices[..n] {
+        vertex.steps = difference(vertex.steps, first);
     }
-    first
+    if is_odd {
+        vertices.swap(n - 2, n - 1);
+    }
+    vertices
 }
 
 /// Sorts vertices. Returns `true` if the permutation was odd.

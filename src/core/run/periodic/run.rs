@@ -201,13 +201,14 @@ fn finished<P: Position>(
     let left_out = of_base_sites(left_out, images, base);
     let LeftOut { duplicates, refused, hidden } = &left_out;
     let own = [duplicates.len(), refused.len(), hidden.len(), packed.len() / (P::DIM + 1)];
-    let own = own.map(|count| count as u64).into_iter().chain([volume.to_bits()]);
+    let is_refuted = run.as_ref().is_some_and(|run| run.refutation.is_some());
+    let own = own.map(|count| count as u64).into_iter().chain([volume.to_bits(), u64::from(is_refuted)]);
     let all = team.all(own.collect())?;
     let [duplicate, refused, hidden, cells] = [0, 1, 2, 3].map(|at| all.iter().map(|own| own[at]).sum());
     let volume = all.iter().map(|own| f64::from_bits(own[4])).sum();
     let input = sites.count();
     let used = input.saturating_sub(duplicate + refused + hidden);
-    let is_certified = run.as_ref().is_none_or(|run| run.refutation.is_none());
+    let is_certified = all.iter().all(|own| own[5] == 0);
     let packed = team.on_first(packed)?;
     let steps = sites.all_steps(team)?;
     if is_certified && sites.lattice.is_closed(P::DIM) && used > 0 {
@@ -217,7 +218,6 @@ fn finished<P: Position>(
     let clashes = Clashes::of(&packed, P::DIM + 1);
     let mut part = PeriodicCells::new(packed, steps, P::DIM);
     (part.is_simplicial, part.images) = (clashes.is_empty(), images.count());
-    part.vertices = run.facts.points.used;
     part.sheets = clashes.sheets(&sites.lattice, P::DIM);
     run.facts.points = Accounting { input, used, duplicate, refused, hidden: has_weights.then_some(hidden) };
     (run.facts.cells, run.facts.hull_facets) = (cells, 0);

@@ -84,8 +84,10 @@ impl<P: Point> Sphere<P> {
         if least <= 0.0 {
             return f64::INFINITY;
         }
-        let longest2: f64 = self.normal.as_ref().iter().map(|m| (m.value.abs() + m.size).powi(2)).sum();
-        (longest2 / (least * least)) * (1.0 + 64.0 * f64::EPSILON)
+        // Quotients of small numbers do not underflow as their squares do. A reach that is no normal number is not sure.
+        let part = |m: &Minor| ((m.value.abs() + m.size) / least).powi(2);
+        let reach2: f64 = self.normal.as_ref().iter().map(part).sum();
+        if reach2.is_normal() { reach2 * (1.0 + 64.0 * f64::EPSILON) } else { f64::INFINITY }
     }
 }
 

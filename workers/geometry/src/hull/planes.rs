@@ -81,6 +81,9 @@ pub(super) struct Image<P> {
     pub(super) length: f64,
 }
 
+/// The least length of an image, `2^-200`. Without weights, all images are longer, and no square of a reach overflows.
+const SHORTEST: f64 = f64::from_bits((1023 - 200) << 52);
+
 impl<P: Point> Image<P> {
     /// Computes the image of a point from its vector from the centre and its squared length.
     #[inline]
@@ -90,7 +93,8 @@ impl<P: Point> Image<P> {
     }
 
     /// Computes the image of a site from its vector from the centre, whose weight is the difference of weights. The image
-    /// is not a number if the power is not clearly positive, or if low parts are not zero.
+    /// is not a number if the power is not clearly positive, if low parts are not zero, or if it is shorter than all images
+    /// without weights ([`SHORTEST`]).
     #[inline]
     pub(super) fn of_site(rel: P, low: f64) -> Self {
         let (length2, drop) = (rel.norm2(), rel.weight());
@@ -99,7 +103,11 @@ impl<P: Point> Image<P> {
             return Image { at: P::splat(f64::NAN), length: f64::NAN };
         }
         let inverse = 1.0 / power;
-        Image { at: rel * inverse, length: length2.sqrt() * inverse }
+        let length = length2.sqrt() * inverse;
+        if length < SHORTEST {
+            return Image { at: P::splat(f64::NAN), length: f64::NAN };
+        }
+        Image { at: rel * inverse, length }
     }
 
     /// Returns the image of infinity, which is the centre.
