@@ -18,25 +18,20 @@
 //!
 //! **Departures.** No adjacency is stored. Ridges are matched by sorted vertices.
 
-use super::builder::StarBuilder;
-use super::change::Extended;
 use crate::complex::INFINITE;
 use crate::cost::{Cost, Sweep};
 use crate::point::{Array, Point, Simplex, lex_cmp};
 use crate::predicates::general::{self, Minor, in_sphere_factor, scale_of};
-use crate::predicates::{ExactTests, Sign, in_sphere, orientation, raises_dimension};
-
-/// Number of candidates between two tests that may end the construction.
-const CHECK_INTERVAL: usize = 4;
+use crate::predicates::{Sign, in_sphere, orientation, raises_dimension};
 
 /// The origin of a facet that was created.
-const CREATED: u32 = u32::MAX;
+pub(super) const CREATED: u32 = u32::MAX;
 
 /// A candidate, with its scaled vector from the centre.
 #[derive(Clone, Copy, Debug)]
-struct Vertex<P> {
+pub(super) struct Vertex<P> {
     at: P,
-    id: u32,
+    pub(super) id: u32,
     vector: P,
     square: f64,
 }
@@ -93,13 +88,13 @@ impl<P: Point> Sphere<P> {
 
 /// A facet of the link.
 #[derive(Clone, Debug)]
-struct Facet<P: Point> {
+pub(super) struct Facet<P: Point> {
     /// Positions of candidates, or [`INFINITE`].
-    vertices: P::Facet,
+    pub(super) vertices: P::Facet,
     sphere: Sphere<P>,
     reach2: f64,
     /// The position in the loaded link, or [`CREATED`].
-    origin: u32,
+    pub(super) origin: u32,
 }
 
 /// A link under construction, in reused storage.
@@ -107,8 +102,8 @@ struct Facet<P: Point> {
 pub(super) struct General<P: Point> {
     centre: P,
     scale: f64,
-    vertices: Vec<Vertex<P>>,
-    facets: Vec<Facet<P>>,
+    pub(super) vertices: Vec<Vertex<P>>,
+    pub(super) facets: Vec<Facet<P>>,
     /// Some facet of the link that was finite, as an affine frame with the centre.
     frame: P::Facet,
     cavity: Vec<u32>,
@@ -142,7 +137,7 @@ fn ridge<F: Simplex>(facet: &F, slot: usize) -> F {
 
 impl<P: Point> General<P> {
     /// Sets the candidates, in this order, and removes all facets.
-    fn begin(&mut self, table: &[P], centre: P, candidates: impl Iterator<Item = u32>) {
+    pub(super) fn begin(&mut self, table: &[P], centre: P, candidates: impl Iterator<Item = u32>) {
         self.centre = centre;
         self.facets.clear();
         self.vertices.clear();
@@ -160,7 +155,7 @@ impl<P: Point> General<P> {
         }
     }
 
-    fn push(&mut self, vertices: P::Facet, origin: u32) {
+    pub(super) fn push(&mut self, vertices: P::Facet, origin: u32) {
         let sphere = Sphere::of(|slot| self.vertices.get(vertices.as_ref()[slot] as usize).copied());
         let reach2 = sphere.reach2();
         self.facets.push(Facet { vertices, sphere, reach2, origin });
@@ -210,7 +205,7 @@ impl<P: Point> General<P> {
     }
 
     /// Starts with the facet of the first candidates that span a cell with the centre. Returns `false` if there are none.
-    fn start(&mut self, cost: &mut Cost) -> bool {
+    pub(super) fn start(&mut self, cost: &mut Cost) -> bool {
         let (mut basis, mut found) = (vec![self.centre], Vec::with_capacity(P::DIM));
         let mut sweep = cost.sweep();
         for (number, vertex) in (0u32..).zip(&self.vertices) {
@@ -245,7 +240,7 @@ impl<P: Point> General<P> {
     }
 
     /// Adds a candidate. Calls `lost` with the origin of each facet that it removes.
-    fn insert(&mut self, q: u32, checks_reach: bool, cost: &mut Cost, mut lost: impl FnMut(u32)) {
+    pub(super) fn insert(&mut self, q: u32, checks_reach: bool, cost: &mut Cost, mut lost: impl FnMut(u32)) {
         let candidate = self.vertices[q as usize];
         let (mut sweep, mut exact) = (cost.sweep(), cost.sweep());
         sweep.visit_lanes(if checks_reach { 2 * self.facets.len() } else { self.facets.len() });
@@ -303,7 +298,7 @@ impl<P: Point> General<P> {
     }
 
     /// Returns `true` if every ridge has two facets, and some facet is finite, which becomes the frame.
-    fn is_closed(&mut self) -> bool {
+    pub(super) fn is_closed(&mut self) -> bool {
         self.sort_ridges(0..self.facets.len() as u32);
         let is_closed = self.ridges.chunk_by(|a, b| a.0 == b.0).all(|same| same.len() == 2);
         let finite = self.facets.iter().find(|facet| !facet.vertices.as_ref().contains(&INFINITE));
@@ -314,123 +309,21 @@ impl<P: Point> General<P> {
     }
 
     /// Returns `true` if no candidate from number `q` on conflicts with any facet.
-    fn are_out_of_reach(&self, q: usize) -> bool {
+    pub(super) fn are_out_of_reach(&self, q: usize) -> bool {
         let Some(next) = self.vertices.get(q) else { return true };
         self.facets.iter().all(|facet| facet.reach2 < next.square)
     }
 
-    fn named(&self, facet: &P::Facet) -> P::Facet {
+    pub(super) fn named(&self, facet: &P::Facet) -> P::Facet {
         let mut named = *facet;
         for v in named.as_mut() {
             *v = self.vertices.get(*v as usize).map_or(INFINITE, |vertex| vertex.id);
         }
         named
     }
-}
 
-impl<P: Point> StarBuilder<P> {
-    /// Implements [`StarBuilder::build`].
-    pub(super) fn build_general(
-        &mut self,
-        table: &[P],
-        centre: u32,
-        candidates: &[u32],
-        cost: &mut Cost,
-    ) -> bool {
-        let exact = ExactTests::so_far();
-        self.centre = table[centre as usize];
-        self.removed.clear();
-        self.removers.clear();
-        self.order.clear();
-        self.order.extend(candidates.iter().filter(|&&i| i != centre));
-        self.sort_by_distance(table, cost);
-        self.order.dedup();
-        let star = &mut self.general;
-        star.begin(table, self.centre, self.order.iter().copied());
-        let spans = star.start(cost);
-        for q in 0..if spans { star.vertices.len() } else { 0 } {
-            if star.frame_at_start(q) {
-                continue;
-            }
-            let checks_reach = q.is_multiple_of(CHECK_INTERVAL);
-            star.insert(q as u32, checks_reach, cost, |_| {});
-            if checks_reach && star.are_out_of_reach(q + 1) {
-                break;
-            }
-        }
-        cost.charge_exact_tests(exact.since());
-        spans
-    }
-
-    /// Implements [`StarBuilder::extend`] for the candidates in `order`. The vertices of the link are numbered by their
-    /// positions in `known`, whose first entry is infinity.
-    pub(super) fn extend_general(
-        &mut self,
-        table: &[P],
-        (link, places): (&[P::Facet], &[u32]),
-        known: &[u32],
-        cost: &mut Cost,
-    ) -> Extended {
-        let exact = ExactTests::so_far();
-        self.removed.clear();
-        self.removers.clear();
-        self.sort_by_distance(table, cost);
-        let star = &mut self.general;
-        star.begin(table, self.centre, known[1..].iter().chain(&self.order).copied());
-        let mut loading = cost.fresh();
-        let [mut facets, mut joining] = [loading.sweep(), loading.sweep()];
-        facets.visit_all(known);
-        facets.visit_lanes(link.len());
-        joining.visit_lanes(2 * P::DIM * link.len());
-        loading.charge_sweeps([facets, joining]);
-        if !self.keeps_stars {
-            cost.then(loading);
-        }
-        for (origin, vertices) in (0u32..).zip(places.chunks_exact(P::DIM)) {
-            let mut facet = P::Facet::splat(0);
-            for (v, place) in facet.as_mut().iter_mut().zip(vertices) {
-                *v = place.wrapping_sub(1);
-            }
-            star.push(facet, origin);
-        }
-        if !star.is_closed() {
-            star.facets.clear();
-            return Extended::Open;
-        }
-        let (removed, removers) = (&mut self.removed, &mut self.removers);
-        for q in known.len() - 1..star.vertices.len() {
-            let id = star.vertices[q].id;
-            star.insert(q as u32, false, cost, |origin| {
-                if origin != CREATED {
-                    removed.push(origin);
-                    removers.push(id);
-                }
-            });
-        }
-        cost.charge_exact_tests(exact.since());
-        if self.removed.is_empty() { Extended::Same } else { Extended::Changed }
-    }
-
-    /// Implements [`StarBuilder::facets`].
-    pub(super) fn general_facets(&self, out: &mut Vec<P::Facet>) {
-        out.extend(self.general.facets.iter().map(|facet| self.general.named(&facet.vertices)));
-    }
-
-    /// Implements [`StarBuilder::created_facets`].
-    pub(super) fn general_created(&self, out: &mut Vec<P::Facet>) {
-        let created = self.general.facets.iter().filter(|facet| facet.origin == CREATED);
-        out.extend(created.map(|facet| self.general.named(&facet.vertices)));
-    }
-
-    /// Implements [`StarBuilder::link_size`].
-    pub(super) fn general_size(&self) -> usize {
-        self.general.facets.len()
-    }
-}
-
-impl<P: Point> General<P> {
     /// Returns `true` if a candidate is one of those with which the link of [`General::start`] began.
-    fn frame_at_start(&self, q: usize) -> bool {
+    pub(super) fn frame_at_start(&self, q: usize) -> bool {
         self.frame.as_ref().contains(&(q as u32))
     }
 }

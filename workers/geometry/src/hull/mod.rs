@@ -15,6 +15,8 @@
 //! becomes large while many candidates remain, these are added at random with conflict lists (`random_order`): O(m log m)
 //! expected work and O(log^2 m) depth.
 //!
+//! In dimensions 4 to 6, the link is a list of facets (`general`, `higher`).
+//!
 //! **Departures.**
 //! 1. The near candidates, and all candidates of a star with at most 64, are added in order of distance, so most conflict with no facet. A facet conflicts with no candidate
 //!    farther than the diameter of its sphere. The sweeps end when the remaining candidates are farther than the
@@ -46,6 +48,7 @@ mod conflict_lists;
 mod corners;
 mod general;
 mod hidden;
+mod higher;
 mod large;
 mod planes;
 mod random_order;
