@@ -329,3 +329,22 @@ fn a_failed_certificate_ends_all_processes_alike() {
         place.fails(&line, 4, &["the certificate failed"]);
     }
 }
+
+#[cfg(unix)]
+#[test]
+fn a_row_outside_has_its_number_in_the_file() {
+    let place = Place::new();
+    let row = |i: u32| match i {
+        3 | 5 => "nan,0\n".to_owned(),
+        30 => "1.5,0.5\n".to_owned(),
+        _ => format!("{},{}\n", f64::from(i * 7 % 40) / 40.0, f64::from(i) / 40.0),
+    };
+    place.file("p.csv", (0..40).map(row).fold("x,y\n".to_owned(), |text, row| text + &row));
+    for processes in ["", " --transport processes --processes 3"] {
+        place.fails(
+            &format!("triangulate p.csv --skip-invalid --periodic 1,1{processes}"),
+            3,
+            &["p.csv", "point 30"],
+        );
+    }
+}

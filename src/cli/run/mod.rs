@@ -150,7 +150,14 @@ fn run_ranks(plan: &Plan<'_>, spec: &Spec, rows: &Rows, team: &mut Team<'_>) -> 
     let held = &rows.held;
     let own = HeldRows { points: rows.sites(), first: held.first, rows: held.rows, base: plan.first_row() };
     let run = perform_held(&mut team.processes, own, order);
-    let run = team.agree(run.map_err(|error| rows.failure(error, plan)))?;
+    // The process that holds a row of the input speaks first.
+    let (knowing, run) = match run.map_err(|error| rows.told(error, plan)) {
+        Err((true, failure)) => (Err(failure), Ok(None)),
+        Err((false, failure)) => (Ok(()), Err(failure)),
+        Ok(run) => (Ok(()), Ok(run)),
+    };
+    team.agree(knowing)?;
+    let run = team.agree(run)?;
     let facts = team.all_gather(&run.as_ref().map(|run| run.facts.clone()))?.swap_remove(0);
     let facts = facts.ok_or_else(|| Failure::new(Code::Machine, "the first process has no workers"))?;
     Ok(run.unwrap_or_else(|| Outcome::of_facts(facts, placement)))

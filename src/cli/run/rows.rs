@@ -1,5 +1,6 @@
 //! The rows of this process: all of them, or a block of those of several processes.
 
+use std::cell::Cell;
 use std::ops::Range;
 use std::path::PathBuf;
 
@@ -187,13 +188,21 @@ impl Rows {
     /// Returns the failure for an error of a run over these rows. An error about points gives the file and the positions of the
     /// points in it.
     pub(super) fn failure(&self, error: Error, plan: &Plan<'_>) -> Failure {
+        self.told(error, plan).1
+    }
+
+    /// Returns the failure of a run, and whether only this process knows the number of a row that it names.
+    pub(super) fn told(&self, error: Error, plan: &Plan<'_>) -> (bool, Failure) {
         let base = plan.first_row() as usize + self.held.first as usize;
+        let knows = Cell::new(false);
         let of_input = |row: usize| {
             // If rows were dropped, a process knows the numbers of its own rows only.
             let own = self.held.source_index.as_ref().and_then(|source| source.get(row.checked_sub(base)?));
+            knows.set(knows.get() || own.is_some());
             own.map_or(row.saturating_sub(plan.first_row() as usize), |row| *row as usize)
         };
-        placed(error, &self.held.files, &plan.goal.args().input, of_input)
+        let failure = placed(error, &self.held.files, &plan.goal.args().input, of_input);
+        (knows.get(), failure)
     }
 }
 

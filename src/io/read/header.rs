@@ -2,7 +2,7 @@
 //!
 //! **Selection.** Names are compared without regard to case, quotes or units in brackets. The first rule that applies
 //! selects the columns:
-//! 1. `--columns` gives two or three columns by name or by 1-based number.
+//! 1. `--columns` gives two to six columns by name or by 1-based number.
 //! 2. The header row names the axes ([`super::axes`]). No other names are coordinates.
 //! 3. If there is no header row and no more than three numbers in the first row, the first columns are used. The first
 //!    columns are also used if the options give the dimension, or if the file begins with the number of its points,

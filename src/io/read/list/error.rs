@@ -106,7 +106,7 @@ pub enum ListError {
     MixedDimension {
         /// The file.
         path: PathBuf,
-        /// The dimension of its points: 2 or 3.
+        /// The dimension of its points, from 2 to 6.
         found: usize,
         /// The first file with points.
         first: PathBuf,
