@@ -8,7 +8,8 @@
 //!
 //! **Work.** O(k f) for k half-spaces and f edges of the cell.
 //!
-//! **Rounding.** All values are rounded. No sign decides more than which of two nearly equal cells is measured.
+//! **Rounding.** All values are rounded. A corner that lies above a plane by no more than the rounding of its height counts as a corner on
+//! the plane. Otherwise, a plane through a face would divide the face by noise. Both copies of an edge are cut at the same point.
 
 use glam::{DVec2, DVec3};
 use septet_geometry::point::Point;
@@ -40,6 +41,35 @@ pub(crate) fn measure<P: Point>(low: P, high: P, planes: &[(P, f64)]) -> Measure
     body.measures(planes.len())
 }
 
+/// The heights of corners above a plane.
+struct Heights<P> {
+    normal: P,
+    level: f64,
+    /// The largest error of a height.
+    error: f64,
+}
+
+impl<P: Point> Heights<P> {
+    /// Returns `None` if no corner lies above the plane.
+    fn of(normal: P, level: f64, corners: impl Iterator<Item = P> + Clone) -> Option<Self> {
+        let largest = corners.clone().map(|x| x.norm2()).fold(level * level, f64::max).sqrt();
+        let heights = Heights { normal, level, error: 16.0 * f64::EPSILON * largest };
+        let mut corners = corners;
+        corners.any(|x| heights.is_above(x)).then_some(heights)
+    }
+
+    fn is_above(&self, x: P) -> bool {
+        self.normal.dot(x) - self.level > self.error
+    }
+
+    /// Returns the point of the plane between a corner that is not above it and one that is.
+    fn crossing(&self, low: P, high: P) -> P {
+        let [below, above] = [low, high].map(|x| self.normal.dot(x) - self.level);
+        let below = below.min(0.0);
+        low + (high - low) * (below / (below - above))
+    }
+}
+
 /// A convex polygon: its corners in order, each with the side that starts at it.
 struct Polygon(Vec<(DVec2, Option<usize>)>);
 
@@ -51,19 +81,16 @@ impl Polygon {
 
     /// Keeps the part with `n . x <= c`.
     fn cut(&mut self, n: DVec2, c: f64, side: Option<usize>) {
-        if !self.0.iter().any(|(x, _)| n.dot(*x) > c) {
-            return;
-        }
+        let heights = Heights::of(n, c, self.0.iter().map(|corner| corner.0));
+        let Some(heights) = heights else { return };
         let mut kept = Vec::with_capacity(self.0.len() + 1);
         for (i, &(a, own)) in self.0.iter().enumerate() {
             let b = self.0[(i + 1) % self.0.len()].0;
-            let (above_a, above_b) = (n.dot(a) - c, n.dot(b) - c);
-            let cross = || a + (b - a) * (above_a / (above_a - above_b));
-            match (above_a <= 0.0, above_b <= 0.0) {
-                (true, true) => kept.push((a, own)),
-                (true, false) => kept.extend([(a, own), (cross(), side)]),
-                (false, true) => kept.push((cross(), own)),
-                (false, false) => {}
+            match (heights.is_above(a), heights.is_above(b)) {
+                (false, false) => kept.push((a, own)),
+                (false, true) => kept.extend([(a, own), (heights.crossing(a, b), side)]),
+                (true, false) => kept.push((heights.crossing(b, a), own)),
+                (true, true) => {}
             }
         }
         self.0 = kept;
@@ -101,20 +128,19 @@ impl Body {
 
     /// Keeps the part with `n . x <= c`.
     fn cut(&mut self, n: DVec3, c: f64, side: Option<usize>) {
-        if !self.0.iter().flat_map(|face| &face.corners).any(|x| n.dot(*x) > c) {
-            return;
-        }
+        let heights = Heights::of(n, c, self.0.iter().flat_map(|face| face.corners.iter().copied()));
+        let Some(heights) = heights else { return };
         let mut cap: Vec<DVec3> = Vec::new();
         for face in &mut self.0 {
             let mut kept = Vec::with_capacity(face.corners.len() + 1);
             for (i, &a) in face.corners.iter().enumerate() {
                 let b = face.corners[(i + 1) % face.corners.len()];
-                let (above_a, above_b) = (n.dot(a) - c, n.dot(b) - c);
-                if above_a <= 0.0 {
+                let above = [heights.is_above(a), heights.is_above(b)];
+                if !above[0] {
                     kept.push(a);
                 }
-                if (above_a <= 0.0) != (above_b <= 0.0) {
-                    let x = a + (b - a) * (above_a / (above_a - above_b));
+                if above[0] != above[1] {
+                    let x = if above[1] { heights.crossing(a, b) } else { heights.crossing(b, a) };
                     kept.push(x);
                     cap.push(x);
                 }

@@ -100,6 +100,16 @@ pub(crate) fn nearer<P: Point>(q: P, a: P, b: P) -> Ordering {
 /// Returns the circumcentre of a positively oriented cell relative to its first corner. It may be infinite.
 pub(crate) fn circumcentre<P: Point>(cell: &[P]) -> P {
     let (all, unit) = integers_with_unit(&cell[..=P::DIM]);
+    let (over, under) = centre_of::<P>(&all);
+    let mut centre = P::default();
+    for (axis, over) in over.iter().enumerate().take(P::DIM) {
+        centre.set_coord(axis, ratio(over, &under) * unit);
+    }
+    centre
+}
+
+/// Returns the circumcentre relative to the first corner as a fraction.
+fn centre_of<P: Point>(all: &[Vector]) -> (Vector, BigInt) {
     let rel: Vec<Vector> = all[1..].iter().map(|p| minus(p, &all[0])).collect();
     let (over, under) = if P::DIM == 2 {
         let up: Vector = [BigInt::ZERO, BigInt::ZERO, BigInt::from(1)];
@@ -112,12 +122,31 @@ pub(crate) fn circumcentre<P: Point>(cell: &[P]) -> P {
         let [a, b, c]: [Vector; 3] = from_fn(|i| times(&sides[i], &dot(&rel[i], &rel[i])));
         (plus(&plus(&a, &b), &c), dot(&rel[0], &sides[0]))
     };
-    let under = under * 2;
-    let mut centre = P::default();
-    for (axis, over) in over.iter().enumerate().take(P::DIM) {
-        centre.set_coord(axis, ratio(over, &under) * unit);
+    (over, under * 2)
+}
+
+/// Returns the parts of edges in a positively oriented cell, as [`crate::dual::parts`] does, each rounded once.
+pub(crate) fn parts<P: Point>(cell: &[P], edges: &[[usize; 4]]) -> [f64; 6] {
+    let (all, unit) = integers_with_unit(&cell[..=P::DIM]);
+    let (over, under) = centre_of::<P>(&all);
+    // The vector from a corner to the circumcentre, times the denominator.
+    let to_centre = |corner: usize| plus(&over, &times(&minus(&all[0], &all[corner]), &under));
+    let mut parts = [0.0; 6];
+    for (part, &[v, i, j, k]) in parts.iter_mut().zip(edges) {
+        let along = minus(&all[i], &all[v]);
+        if P::DIM == 2 {
+            *part = ratio(&cross(&along, &to_centre(v))[2], &(&under * 4)) * unit * unit;
+            continue;
+        }
+        let [(a, m), (b, n)] = [j, k].map(|apex| {
+            let (p, q) = (minus(&all[v], &all[apex]), minus(&all[i], &all[apex]));
+            let normal = cross(&p, &q);
+            (dot(&p, &q) * dot(&normal, &to_centre(apex)), dot(&normal, &normal))
+        });
+        let sum = (a * &n - b * &m) * dot(&along, &along);
+        *part = ratio(&sum, &(m * n * &under * 24)) * unit * unit * unit;
     }
-    centre
+    parts
 }
 
 /// Converts points to integers, with the length of the unit.

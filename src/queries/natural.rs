@@ -8,19 +8,27 @@
 //!
 //! Both reproduce linear functions, are continuous, and are 1 at a vertex.
 //!
-//! **On the hull.** Let `q` tend to a point of a flat face of the hull from inside. Its Voronoi cell grows without bound beyond
-//! the face, with the Voronoi cell of `q` among the points of the face as its cross-section. So the limit are the
-//! weights in the plane of the face. Its facets in the cavity are the cavity there, because the perturbed in-sphere
-//! test at a point of the plane is the perturbed in-circle test ([`septet_geometry::predicates::conflicts_infinite`]). On an edge of the
-//! hull, in the same way, the limit is linear between the two neighbours on it.
+//! **On the hull.** Let `q` tend to a flat face of the hull from inside, at the distance `e`. At the depth `z` beyond the face, the
+//! points of the plane that are nearest to `q` are its cell in the power diagram of the face, where `q` has the weight `-2 e z`. So the
+//! Voronoi cell of `q` grows without bound, and integrals over `z` are integrals over `s = 2 e z`, divided by `2 e`. Laplace's weight tends to
+//! the integral over `s` of the length between `q` and `v` over their distance, which is twice the area that `q` takes from `v`: Sibson's
+//! weight in the plane of the face. Sibson's weight tends to the integral of that area, which is the integral of
+//! `|x - v|^2 - |x - q|^2` over the `x` that `q` takes from `v`: the next kind of weights (Hiyoshi and Sugihara). The
+//! facets of the hull in the cavity are the cavity in the plane, because the perturbed in-sphere test at a point of the plane is the
+//! perturbed in-circle test ([`septet_geometry::predicates::conflicts_infinite`]). On an edge of the hull, the limit is linear
+//! between the two neighbours on it: on a line, all kinds of weights are linear.
 //!
 //! **Source.** Sibson, "A brief description of natural neighbour interpolation" (1981); Christ, Friedberg and Lee, "Weights of links and
 //! plaquettes in a random lattice" (1982); Sugihara, "Surface interpolation based on new local coordinates" (1999);
-//! Watson, *Contouring* (1992).
+//! Watson, *Contouring* (1992); Hiyoshi and Sugihara, "Improving continuity of Voronoi-based interpolation over Delaunay spheres" (2002).
+//!
+//! **Rounding.** The row is checked: the weighted mean of its points must be `q`, up to [`OFF`] of the distance of the farthest.
+//! Otherwise each part is computed by big integers and rounded once. That happens near to the hull, where some triangles are nearly flat
+//! and some parts nearly infinite.
 //!
 //! **Departures.** No polygon is clipped. A weight that rounding makes negative is 0. A query whose digits do not fit into the range of exact
-//! predicates is moved by less than `2^-214` in scaled units. If that takes it out of the hull, or if a part is not finite,
-//! the weights are linear.
+//! predicates is moved by less than `2^-214` in scaled units. If that takes it out of the cell, or if the check fails twice, the
+//! weights are linear.
 //!
 //! **Work.** O(c) for a cavity of c cells; about 20 in space and 4 in the plane on evenly spread points.
 
@@ -30,6 +38,7 @@ use septet_geometry::predicates::{Sign, in_sphere, orientation};
 
 use crate::dimension::Dimension;
 use crate::dual::{circumcentre, parts};
+use crate::exact;
 use crate::incidence::facet;
 use crate::locate::Query;
 use crate::seen::Seen;
@@ -41,7 +50,12 @@ use crate::weights::Row;
 pub(crate) enum Natural {
     Sibson,
     Laplace,
+    /// The integral of Sibson's areas, in the plane.
+    Hiyoshi,
 }
+
+/// The largest distance of the weighted mean of a row from the query, relative to that of the farthest point.
+const OFF: f64 = 1e-11;
 
 /// What the insertion of a query changes.
 pub(crate) struct Cavity<'a, P: Dimension> {
@@ -96,24 +110,47 @@ impl<'a, P: Dimension> Cavity<'a, P> {
 
     /// Returns the weights, or `None` if they are linear.
     pub(crate) fn row(&self, natural: Natural) -> Option<Row> {
-        let mut sums = Sums { natural, list: Vec::new() };
-        match self.flat.first() {
-            Some(_) if P::DIM == 2 => return None,
-            Some(_) => self.add_face(&mut sums)?,
-            None => {
-                let ids = |cell: u32| self.t.cells[cell as usize];
-                for &cell in self.cells {
-                    sums.add(&self.t.corners(cell), ids(cell).as_ref());
-                }
-                for &(cell, slot) in &self.facets {
-                    let (mut corners, mut ids) = (self.t.corners(cell), ids(cell));
-                    corners[slot] = self.q;
-                    ids.as_mut()[slot] = NONE;
-                    sums.add(&corners, ids.as_ref());
-                }
-            }
+        if self.flat.is_empty() {
+            let rounded = self.sums(natural, false).row().filter(|row| self.is_mean(row));
+            return rounded.or_else(|| self.sums(natural, true).row().filter(|row| self.is_mean(row)));
         }
-        sums.row()
+        if P::DIM == 2 {
+            return None;
+        }
+        let natural = match natural {
+            Natural::Laplace => Natural::Sibson,
+            Natural::Sibson | Natural::Hiyoshi => Natural::Hiyoshi,
+        };
+        let mut sums = Sums { natural, is_exact: false, list: Vec::new() };
+        self.add_face(&mut sums)?;
+        sums.row().filter(|row| self.is_mean(row))
+    }
+
+    /// Whether the weighted mean of the points of a row is the query.
+    fn is_mean(&self, row: &Row) -> bool {
+        let (mut mean, mut farthest) = (P::splat(0.0), 0.0f64);
+        for &(v, weight) in row {
+            let to = self.t.points[v as usize] - self.q;
+            mean = mean + to * weight;
+            farthest = farthest.max(to.norm2());
+        }
+        mean.norm2() <= OFF * OFF * farthest
+    }
+
+    /// Adds the removed and the added cells.
+    fn sums(&self, natural: Natural, is_exact: bool) -> Sums {
+        let mut sums = Sums { natural, is_exact, list: Vec::new() };
+        let ids = |cell: u32| self.t.cells[cell as usize];
+        for &cell in self.cells {
+            sums.add(&self.t.corners(cell), ids(cell).as_ref());
+        }
+        for &(cell, slot) in &self.facets {
+            let (mut corners, mut ids) = (self.t.corners(cell), ids(cell));
+            corners[slot] = self.q;
+            ids.as_mut()[slot] = NONE;
+            sums.add(&corners, ids.as_ref());
+        }
+        sums
     }
 
     /// Adds the triangles of a flat face of the hull. Returns `None` if the query lies on an edge of the hull.
@@ -175,28 +212,40 @@ fn moved<P: Dimension>(t: &Tessellation<P>, mut q: P, cell: u32) -> Option<P> {
 /// Sums of parts at vertices.
 struct Sums {
     natural: Natural,
+    /// Whether parts are computed by big integers.
+    is_exact: bool,
     list: Row,
 }
 
 impl Sums {
-    /// Adds the parts of a cell: of a removed one, or of an added one, which has the query as the vertex [`NONE`].
+    /// Adds the parts of a cell: of a removed one, or of an added one, which has the query as the vertex [`NONE`]. For
+    /// [`Natural::Hiyoshi`], the query is the origin.
     fn add<P: Dimension>(&mut self, corners: &[P; 4], ids: &[u32]) {
         let is_new = ids.contains(&NONE);
         if self.natural == Natural::Laplace && !is_new {
             return;
         }
-        let centre = circumcentre(&corners[..=P::DIM]);
-        for (part, &[v, i, ..]) in parts(&corners[..=P::DIM], centre).into_iter().zip(P::EDGES) {
+        let cell = &corners[..=P::DIM];
+        let centre = if self.is_exact { P::default() } else { circumcentre(cell) };
+        let parts = if self.is_exact { exact::parts(cell, P::EDGES) } else { parts(cell, centre) };
+        for (part, &[v, i, ..]) in parts.into_iter().zip(P::EDGES) {
+            let lost = if is_new { -part } else { part };
             match self.natural {
-                Natural::Sibson => {
-                    let part = if is_new { -part } else { part };
-                    self.list.extend([(ids[v], part), (ids[i], part)]);
-                }
+                Natural::Sibson => self.list.extend([(ids[v], lost), (ids[i], lost)]),
                 Natural::Laplace if ids[v] == NONE || ids[i] == NONE => {
                     let other = if ids[v] == NONE { ids[i] } else { ids[v] };
                     self.list.push((other, part / (corners[i] - corners[v]).norm2()));
                 }
                 Natural::Laplace => {}
+                Natural::Hiyoshi => {
+                    // The integral of a linear function over a triangle is its value at the centroid times the area.
+                    let middle = (corners[v] + corners[i]) / 2.0;
+                    for end in [v, i] {
+                        let site = corners[end];
+                        let centroid = (site + middle + (centre + corners[0])) / 3.0;
+                        self.list.push((ids[end], lost * (site.norm2() - 2.0 * site.dot(centroid))));
+                    }
+                }
             }
         }
     }

@@ -69,7 +69,7 @@ both!(ridges_of_the_plane, ridges_of_space, ridges);
 
 /// Bounded cells are made of pyramids over their ridges. Rings lead from cell to cell around their edge.
 fn ridges<P: Dimension + Coordinates>() {
-    for points in [whole_grid(5), Draw(37).uniform(300), Draw(41).grid(80, 4)] {
+    for points in [whole_grid::<P>(5), Draw(37).uniform(300), Draw(41).grid(80, 4)] {
         let t = made(&points);
         let ridges = t.ridges().unwrap();
         let around = t.vertex_neighbours();
