@@ -18,7 +18,7 @@ pub type ReadProgress<'a> = dyn FnMut(u64, Option<u64>) + 'a;
 /// The options for reading a file of points.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct ReadOptions {
-    /// The number of coordinates per point: 2 keeps the first two, 3 requires three. By default, the file determines
+    /// The number of coordinates per point: 2 keeps the first two, 3 to 6 require as many. By default, the file determines
     /// the dimension.
     pub dimension: Option<usize>,
     /// The format. By default, the file name determines it, or the content if the name does not.
@@ -28,7 +28,7 @@ pub struct ReadOptions {
     pub raw: Option<RawRows>,
     /// Whether to drop and count points with infinite, NaN or unreadable coordinates. By default they are errors.
     pub skip_invalid: bool,
-    /// The columns of the coordinates in a text table: two or three names or 1-based numbers.
+    /// The columns of the coordinates in a text table: two to six names or 1-based numbers.
     ///
     /// Names require a header row and are compared without regard to case, quotes or units in brackets. By default,
     /// the reader uses the columns `x`, `y` and `z`, or the first columns if there is no header row. Tables of more than
