@@ -52,7 +52,9 @@ pub(super) fn read(source: Source<'_>, options: &ReadOptions) -> Result<PointFil
         return head.read(source, options, lines);
     }
     let other = before.without_rows()?;
-    let mut file = Collector::new(source, options, (Place::Whole, 3), (0, 0, 1))?.finish();
+    let file =
+        Collector::new(source, options, (Place::Whole, options.dimension.unwrap_or(3).max(3)), (0, 0, 1))?;
+    let mut file = file.finish();
     file.reading.lines = other;
     Ok(file)
 }

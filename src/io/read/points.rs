@@ -18,7 +18,7 @@ pub type ReadProgress<'a> = dyn FnMut(u64, Option<u64>) + 'a;
 /// The options for reading a file of points.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct ReadOptions {
-    /// The number of coordinates per point: 2 keeps the first two, 3 requires three. By default, the file determines
+    /// The number of coordinates per point: 2 keeps the first two, 3 to 6 require as many. By default, the file determines
     /// the dimension.
     pub dimension: Option<usize>,
     /// The format. By default, the file name determines it, or the content if the name does not.

@@ -37,7 +37,7 @@ pub struct RunReport {
     pub settled: SettledReport,
     /// Seed of every random draw.
     pub seed: u64,
-    /// The supergraph of the run. Its kind is `none` for `triangulate`, and if there was nothing to triangulate.
+    /// The supergraph of the run. Its kind is `none` for `triangulate` in dimensions 2 and 3, and if there was nothing to triangulate.
     pub supergraph: SupergraphReport,
     /// The input points, counted by use.
     pub points: PointsReport,
