@@ -3,7 +3,7 @@
 use std::path::{Path, PathBuf};
 
 use septet_core::model::Points;
-use septet_core::run::check_box;
+use septet_core::run::periodic::check_box;
 use septet_core::spec::Periodic;
 use septet_io::read::{CellFile, read_offsets};
 use septet_lab::report::VerifiedBox;

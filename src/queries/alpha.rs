@@ -1,9 +1,9 @@
 //! Alpha complexes and alpha shapes.
 //!
 //! **Statement.** The alpha complex of a radius `r` has the faces of the triangulation that some empty ball of radius `r` or less has on
-//! its sphere. The *value* of a face is the square of the smallest such radius. For a cell, it is the squared circumradius. For a facet
-//! or an edge, it is that of the smallest ball whose sphere passes through its corners, if no vertex of a cell at the face lies strictly
-//! inside of this ball (the face is *Gabriel*). Otherwise, it is the smallest value of the faces of one more dimension at it. The value
+//! its sphere. The *value* of a face is the square of the smallest such radius. For a cell, it is the squared circumradius. A facet
+//! or an edge is *Gabriel* if no vertex of a cell at it lies strictly inside of the smallest ball whose sphere passes through its
+//! corners. Then its value is that of this ball. Otherwise, it is the smallest value of the faces of one more dimension at it. The value
 //! of a vertex is 0. The complex of `r` has the faces of values up to `r^2`.
 //!
 //! **Source.** Edelsbrunner and Muecke, "Three-dimensional alpha shapes" (1994). Values are squared radii, as in CGAL and gudhi.

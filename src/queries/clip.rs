@@ -52,7 +52,8 @@ struct Heights<P> {
 impl<P: Point> Heights<P> {
     /// Returns `None` if no corner lies above the plane.
     fn of(normal: P, level: f64, corners: impl Iterator<Item = P> + Clone) -> Option<Self> {
-        let largest = corners.clone().map(|x| x.norm2()).fold(level * level, f64::max).sqrt();
+        let largest =
+            corners.clone().map(septet_geometry::point::Vector::norm2).fold(level * level, f64::max).sqrt();
         let heights = Heights { normal, level, error: 16.0 * f64::EPSILON * largest };
         let mut corners = corners;
         corners.any(|x| heights.is_above(x)).then_some(heights)

@@ -1,11 +1,11 @@
 //! The parts of Voronoi cells that belong to one cell of a triangulation.
 //!
 //! **Statement.** Let `h` be the circumcentre of a positively oriented cell, `v` and `i` two of its corners, and
-//! `a = x_i - x_v`. The *part* of the edge `vi` is the signed volume of the pyramid from `x_v` over the share that the cell
-//! has in the Voronoi facet between `v` and `i`; it is the same from `x_i`. In the plane, it is `(a x (h - x_v)) / 4`. In space,
-//! it is a sum over the two triangles at the edge: for the triangle `v, i, j` with `p = x_v - x_j`, `q = x_i - x_j` and the normal
-//! `n = p x q`, the term is `|a|^2 (p . q / |n|) s / 24`, where `s` is the height of `h` above the plane of the triangle, positive on the side of
-//! the cell.
+//! `a = x_i - x_v`. The cell has a share in the Voronoi facet between `v` and `i`. The *part* of the edge `vi` is the signed
+//! volume of the pyramid from `x_v` over this share. The pyramid from `x_i` has the same volume. In the plane, the part is
+//! `(a x (h - x_v)) / 4`. In space, it is a sum over the two triangles at the edge. Let `p = x_v - x_j`, `q = x_i - x_j` and
+//! `n = p x q` for the triangle `v, i, j`. Let `s` be the height of `h` above its plane, positive on the side of the cell. The
+//! term is `|a|^2 (p . q / |n|) s / 24`.
 //!
 //! *Proof.* The share of the facet in a triangle `v, i, j` is the right triangle between the middle of the edge, the centre `t` of the triangle and `h`.
 //! Its legs are `|t - m| = |a| cot(j) / 2` and `s`, its height from `x_v` is `|a| / 2`, and `cot(j) = p . q / |n|`. The

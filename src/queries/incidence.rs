@@ -31,7 +31,7 @@ impl<P: Dimension> Tessellation<P> {
         facets
     }
 
-    /// Returns the vertices that an edge joins to each point, ascending. A point that is no vertex has none.
+    /// Returns the vertices that an edge joins to each point, ascending. The list of a duplicate is empty.
     pub fn vertex_neighbours(&self) -> Ragged {
         let blocks = loops::blocks(self.points.len(), |block| {
             let (mut star, mut rows) = (Seen::default(), Ragged::default());

@@ -2,8 +2,8 @@
 //!
 //! **Statement.** A walk leaves a cell through any facet that the query lies strictly beyond. In a regular triangulation,
 //! also a symbolically perturbed one, it never returns to a cell, because cells that a ray passes have increasing powers. So it
-//! ends in a cell whose closure contains the query, or at a hull facet that the query lies strictly beyond; the latter proves
-//! that the query is outside of the hull. Suppose that the query lies on facets of the cell. All cells that contain it are
+//! ends in a cell whose closure contains the query, or at a hull facet. In the latter case, the query lies strictly beyond the
+//! facet, so it is outside of the hull. Suppose that the query lies on facets of the cell. All cells that contain it are
 //! connected by facets that contain it, because they form the star of the face in whose interior it lies. The smallest
 //! of them is the answer, so the answer is a function of points and query.
 //!

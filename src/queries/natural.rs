@@ -43,7 +43,9 @@ use crate::incidence::facet;
 use crate::locate::Query;
 use crate::seen::Seen;
 use crate::tessellation::{NONE, Tessellation};
-use crate::weights::Row;
+
+/// The weights of a query: vertices and their weights.
+pub(crate) type Row = Vec<(u32, f64)>;
 
 /// The kinds of natural neighbours.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -57,10 +59,10 @@ pub(crate) enum Natural {
 /// The largest distance of the weighted mean of a row from the query, relative to that of the farthest point.
 const OFF: f64 = 1e-11;
 
-/// What the insertion of a query changes.
+/// The cells that the insertion of a query removes, and those that it makes.
 pub(crate) struct Cavity<'a, P: Dimension> {
     t: &'a Tessellation<P>,
-    /// The query, which is no vertex.
+    /// The query. It lies at no vertex.
     q: P,
     /// The removed cells.
     cells: &'a [u32],
@@ -191,7 +193,7 @@ impl<'a, P: Dimension> Cavity<'a, P> {
     }
 }
 
-/// Drops the digits of a query below the range of exact predicates. Returns `None` unless it stays in the cell and is no vertex.
+/// Drops the digits of a query below the range of exact predicates. Returns `None` if it then leaves the cell or is a vertex.
 fn moved<P: Dimension>(t: &Tessellation<P>, mut q: P, cell: u32) -> Option<P> {
     for axis in 0..P::DIM {
         let x = q.coord(axis);

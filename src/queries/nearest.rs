@@ -1,7 +1,7 @@
 //! Nearest vertices.
 //!
-//! **Statement.** A vertex that is not nearest to a query has a neighbour in the Delaunay triangulation that is nearer: the
-//! query lies outside of its Voronoi cell, so beyond the bisector of one of its neighbours. A descent along edges therefore
+//! **Statement.** If another vertex is nearer to a query than this one, so is a neighbour of this one in the Delaunay
+//! triangulation. For the query lies outside of its Voronoi cell, so beyond the bisector of one of its neighbours. A descent along edges therefore
 //! ends at a nearest vertex. The nearest vertices of a query lie on an empty sphere around it. Their convex hull is a face of the
 //! Delaunay subdivision, which the perturbation triangulates, so edges connect them. The smallest of them is the answer.
 //!

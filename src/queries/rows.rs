@@ -15,7 +15,9 @@ use septet_geometry::point::Simplex;
 
 use crate::dimension::Dimension;
 use crate::loops;
-use crate::tessellation::NONE;
+
+/// No cell or vertex: the outside of the hull.
+pub const NONE: u32 = u32::MAX;
 
 /// Rows of cells in canonical order.
 pub(crate) struct Rows<P: Dimension> {

@@ -8,11 +8,9 @@ use septet_geometry::range::{Digits, HIGHEST, scale};
 
 use crate::dimension::Dimension;
 use crate::error::QueryError;
+pub use crate::rows::NONE;
 use crate::rows::Rows;
 use crate::seen::Seen;
-
-/// No cell or vertex: the outside of the hull.
-pub const NONE: u32 = u32::MAX;
 
 /// An immutable triangulation, for queries. Threads may share it.
 ///
@@ -156,7 +154,7 @@ impl<P: Dimension> Tessellation<P> {
         &self.duplicates
     }
 
-    /// Returns the smallest cell of each point: that of its vertex for a duplicate, and [`NONE`] if there is none.
+    /// Returns the smallest cell of each point: that of its vertex for a duplicate, or [`NONE`].
     pub fn vertex_cells(&self) -> Vec<u32> {
         let mut cells = self.vertex_cell.clone();
         for &[point, of] in &self.duplicates {

@@ -33,7 +33,7 @@ pub struct Ridges {
     pub areas: Vec<f64>,
 }
 
-/// A box and what lies in it, in scaled units.
+/// A box, and the Voronoi vertices in it, in scaled units.
 struct Frame<P> {
     low: P,
     high: P,
@@ -68,7 +68,7 @@ impl<P: Dimension> Tessellation<P> {
         Ok(volumes)
     }
 
-    /// Returns the area or volume of the part of the Voronoi cell of each point in a box, and 0 for a point that is no vertex. They
+    /// Returns the area or volume of the part of the Voronoi cell of each point in a box, and 0 for a duplicate. They
     /// add up to that of the box.
     ///
     /// # Errors

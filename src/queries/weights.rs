@@ -20,7 +20,7 @@ use crate::dual::THIN;
 use crate::error::QueryError;
 use crate::exact;
 use crate::locate::Query;
-use crate::natural::{Cavity, Natural};
+use crate::natural::{Cavity, Natural, Row};
 use crate::tessellation::{NONE, Tessellation};
 
 /// A method of interpolation.
@@ -94,9 +94,6 @@ pub struct Barycentric {
     /// `d + 1` coordinates for each query, in the order of the vertices of its cell. NaN outside of the hull.
     pub coordinates: Vec<f64>,
 }
-
-/// The weights of one query.
-pub(crate) type Row = Vec<(u32, f64)>;
 
 impl<P: Dimension> Tessellation<P> {
     /// Returns the barycentric coordinates of each query in the smallest cell that contains it. They are at least 0 and add up to 1. The

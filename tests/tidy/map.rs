@@ -7,8 +7,7 @@ use crate::cycles::{CRATES as FOLDERS, TABLE as MACHINE};
 use crate::source::root;
 
 /// Folders of crates whose rooms the map lists.
-const CRATES: [&str; 7] =
-    ["workers/src", "src/core", "src/io", "src/lab", "src/cli", "src/meshing", "src/queries"];
+const CRATES: [&str; 6] = ["workers/src", "src/core", "src/io", "src/lab", "src/cli", "src/meshing"];
 
 /// The heading of the table in ARCHITECTURE.md that lists the crates with their rooms, except the rooms of the machine.
 const CRATE_TABLE: &str = "| crate | folder | uses | rooms | content |";

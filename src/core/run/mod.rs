@@ -12,7 +12,7 @@ mod hosts;
 mod leaves;
 pub mod memory;
 mod perform;
-mod periodic;
+pub mod periodic;
 pub mod processes;
 mod settings;
 pub mod stats;
@@ -30,7 +30,7 @@ pub use hosts::Start;
 pub(crate) use hosts::{Hosts, started};
 use leaves::plan_leaves;
 use perform::perform;
-pub use periodic::check_box;
+
 pub use settings::admit_team;
 use settings::{Settings, admit};
 

@@ -11,7 +11,7 @@ use std::rc::Rc;
 use crate::experiment::RunError;
 use septet_core::Error;
 use septet_core::generate::Kind;
-use septet_core::spec::{Alpha, DEFAULT_ALPHA, Graph, SpecError, Until, Workers};
+use septet_core::spec::{Alpha, Graph, SpecError, Until, Workers};
 
 use super::counted::Counted;
 use super::exponent::exponent;
@@ -21,8 +21,9 @@ use super::level_depth::growth;
 use super::sample::Sample;
 use super::{Claim, ClaimError, Figure, Reading, Role};
 
-/// Number of samples of a draw, as for `separator-exponent`.
-const SAMPLES: u64 = 1000;
+/// The balls are those of the nearest neighbours themselves, because larger ones cover most of a set of this size from 5
+/// dimensions on.
+const ALPHA: f64 = 1.0;
 
 /// Number of runs of each dimension.
 const RUNS: u64 = 3;
@@ -42,8 +43,7 @@ pub(super) const CLAIMS: &[Claim] = &[Claim {
     statement: "for a fixed d, separators cross O(n^(1-1/d)) balls, and the recursion has O(log n) levels of constant depth and \
                 O(n) points",
     reading: Reading::AsPrinted,
-    experiment: "Three uniform sets in each of 2 to 6 dimensions (4 to 6 if the build has them), leaves of 15 * 2^d points, alpha 2.5, \
-                 draws from 1,000 samples: the fit of log |B_O| against log m over nodes of at least 500 points; levels over \
+    experiment: "Three uniform sets in each of 2 to 6 dimensions (4 to 6 if the build has them), leaves of 15 * 2^d points, alpha 1: the fit of log |B_O| against log m over nodes of at least 500 points; levels over \
                  log(n / leaf) / log(1 / s), where s = (d + 1) / (d + 2) + 0.05 is the largest share of a side; the growth of the depth of the partition \
                  per attempt and doubling of m, over nodes of at least 1,600 points; points of all leaves over points, as a share of the number of \
                  leaves",
@@ -79,9 +79,8 @@ fn runs(lab: &mut Lab, d: usize) -> Result<Rc<Vec<Counted>>, ClaimError> {
     lab.counted(&Runs { name: &name, samples, seeds: RUNS, until: Some(Until::Graph) }, |spec| {
         spec.with(|c| {
             c.tree.leaf = Some(leaf(d));
-            c.tree.constants.samples = Some(SAMPLES);
             c.machine.workers = Workers::Count(1);
-            c.recursion.graph = Graph::Density { alpha: Alpha::Value(DEFAULT_ALPHA) };
+            c.recursion.graph = Graph::Density { alpha: Alpha::Value(ALPHA) };
         })
     })
 }
