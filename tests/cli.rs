@@ -243,7 +243,7 @@ fn impossible_options_are_exit_2() {
         ("--supergraph voronoi", "possible values"),
         ("--delivery-seed 3", "--transport sim"),
         ("--no-such-option", "--no-such-option"),
-        ("-d 4", "2 or 3"),
+        ("-d 7", "2 to 6"),
         ("--max-memory lots", "500M"),
         ("-o a.zzz", "unknown output format"),
         ("-o a.vtu -o ./a.vtu", "same file"),

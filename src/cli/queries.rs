@@ -64,7 +64,7 @@ A query outside of the hull gets an empty field. Each method reproduces linear f
 neighbours and are smooth between the points.
 
 Examples:
-  septet interpolate stations.csv grid.csv --values temperature -o grid_temperature.csv
+  septet interpolate stations.csv grid.csv --values rain -o rain.csv
   septet interpolate stations.csv grid.csv --values rain --method sibson")]
 pub struct InterpolateArgs {
     #[command(flatten)]

@@ -80,8 +80,8 @@ fn both_commands_give_the_same_cells() {
         "triangulate p.txt -d 4",
         "simulate p.txt --columns 1,2,3,4 --workers 3",
         "simulate p.npy --workers 8 --transport sim",
-        "triangulate p.npy --processes 2",
-        "simulate p.npy --processes 3",
+        "triangulate p.npy --transport processes --processes 2",
+        "simulate p.npy --transport processes --processes 3",
     ] {
         place.good(&format!("{command} -o b.npy"));
         assert!(fs::read(place.path("b.npy")).unwrap() == cells, "{command}");

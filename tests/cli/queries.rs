@@ -105,6 +105,6 @@ fn files_of_queries_are_checked() {
     place.fails("locate p.csv q.csv -o q.csv", 2, &["q.csv", "overwrite"]);
     place.fails("locate p.csv q.csv -o out.npy", 2, &["out.npy", ".csv"]);
     place.fails("locate - -", 2, &["standard input"]);
-    place.fails("locate sample:uniform:100 q.csv", 3, &["q.csv"]);
+    place.fails("locate sample:uniform:100 q.csv", 2, &["q.csv", "--columns"]);
     place.fails("locate p.csv @list.txt", 2, &["queries are one file"]);
 }

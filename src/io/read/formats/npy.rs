@@ -40,6 +40,11 @@ impl<'a> Content<'a> {
         matches!(self, Content::Vectors(d) if sides == [d as u64 + 1, d as u64])
     }
 
+    /// Returns `true` if a row has vectors.
+    fn is_vectors(self) -> bool {
+        matches!(self, Content::Vectors(_))
+    }
+
     /// Returns the column of the weights.
     fn weight(self) -> Option<&'a str> {
         match self {
@@ -132,12 +137,12 @@ fn header(
         sides.push(side.ok_or_else(|| wrong("a shape of whole numbers"))?);
     }
     let (rows, columns) = match (&sides[..], &structured) {
-        ([rows] | [rows, 1], Some((_, columns))) => (*rows, *columns),
-        ([rows, columns @ 0..=64], None) => (*rows, *columns as usize),
-        ([rows], None) if matches!(content, Content::Numbers) => (*rows, 1),
         ([rows, corners, axes], None) if content.has_sides([*corners, *axes]) => {
             (*rows, (*corners * *axes) as usize)
         }
+        ([rows] | [rows, 1], Some((_, columns))) if !content.is_vectors() => (*rows, *columns),
+        ([rows, columns @ 0..=64], None) if !content.is_vectors() => (*rows, *columns as usize),
+        ([rows], None) if matches!(content, Content::Numbers) => (*rows, 1),
         (sides, _) => {
             let what = format!("an array of shape ({})", excerpt(shape[..end].trim_ascii()));
             let rows = if sides.len() == 2 { sides[0] } else { 0 };
