@@ -117,7 +117,8 @@ fn malformed_cells_are_refused() {
     let twice = adjacency(2, 4, &[0, 1, 2, 0, 3, 3]).unwrap_err();
     assert_eq!(twice, TopologyError::RepeatedVertex { cell: 1, vertex: 3 });
     assert_eq!(edges(2, 4, &[0, 1]).unwrap_err(), TopologyError::PartialCell { length: 2 });
-    assert_eq!(edges(4, 4, &[]).unwrap_err(), TopologyError::Dimension { dimension: 4 });
+    assert_eq!(edges(7, 4, &[]).unwrap_err(), TopologyError::Dimension { dimension: 7 });
+    assert_eq!(adjacency(4, 4, &[]).unwrap_err(), TopologyError::Dimension { dimension: 4 });
 }
 
 #[test]

@@ -145,7 +145,7 @@ fn a_column_is_a_coordinate_or_the_weights() {
     let (code, text) = refused("a.xyz", "1 2 3\n", &ReadOptions { dimension: Some(3), ..weights("3") });
     assert!(code == 3 && text.contains("2 coordinates instead of 3"), "{text}");
     let (code, text) = refused("a.xyz", "1 2\n", &weights("2"));
-    assert!(code == 3 && text.contains("dimension 1 is neither 2 nor 3"), "{text}");
+    assert!(code == 3 && text.contains("dimension 1 is not supported (supported: 2 to 6)"), "{text}");
     let (code, text) = refused("a.xyz", "1 2 3\n4 5\n", &weights("3"));
     assert!(code == 3 && text.contains("at least 3 columns"), "{text}");
 }

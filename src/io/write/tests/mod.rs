@@ -149,7 +149,6 @@ fn inconsistent_meshes_are_refused_before_anything_is_written() {
     let sample = squares(1);
     let good = sample.view();
     let bad = [
-        MeshView { dimension: 4, ..good },
         MeshView { dimension: 0, ..good },
         MeshView { coordinates: &good.coordinates[1..], ..good },
         MeshView { coordinates: &good.coordinates[2..], ..good },
@@ -161,6 +160,9 @@ fn inconsistent_meshes_are_refused_before_anything_is_written() {
         let error = write(&path, &mesh, &WriteOptions::default(), &mut |_, _| {}).unwrap_err();
         assert!(matches!(error, OutputError::InvalidMesh { .. }), "{error}");
     }
+    let error = write(&path, &MeshView { dimension: 4, ..good }, &WriteOptions::default(), &mut |_, _| {})
+        .unwrap_err();
+    assert!(matches!(error, OutputError::OnlySpace { dimension: 4, .. }), "{error}");
     let options = WriteOptions { first_id: 2, ..WriteOptions::default() };
     let error = write(&path, &good, &options, &mut |_, _| {}).unwrap_err();
     assert!(matches!(error, OutputError::FirstId { first_id: 2 }));
