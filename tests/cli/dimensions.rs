@@ -39,7 +39,9 @@ fn formats_and_options_of_space_are_refused() {
     place.fails("generate shells -n 48 -d 4", 2, &["shells", "dimension 4", "uniform"]);
     place.fails("triangulate p.npy --stats", 2, &["--stats", "dimension 4"]);
     place.fails("triangulate p.npy --periodic 1,1,1,1", 2, &["periodic", "dimension 4"]);
-    place.fails("simulate p.npy --partition hilbert", 2, &["Hilbert", "dimension"]);
+    if cfg!(feature = "dimensions") {
+        place.fails("simulate p.npy --partition hilbert", 2, &["Hilbert", "dimension"]);
+    }
     place.file("w.npy", array(1, &[1.0; 40]));
     place.fails("triangulate p.npy --weights w.npy", 3, &["dimension 4 have no weights"]);
     place.fails("triangulate sample:uniform:9,d=7", 2, &["2 to 6"]);
