@@ -2,7 +2,7 @@
 //!
 //! **Statement.** The vertices of the Voronoi diagram are the circumcentres of the cells. Two sites that an edge joins have a
 //! *ridge*, whose vertices are the centres of the cells around the edge, in their order. With a box: if all centres at an inner
-//! vertex lie in the box, its Voronoi cell does, and has the volume of its parts ([`crate::dual`]). Otherwise the box is cut by the bisectors
+//! vertex lie in the box, its Voronoi cell does, and has the volume of its parts (`dual`). Otherwise the box is cut by the bisectors
 //! to all neighbours in the triangulation, which bound the Voronoi cell, also an unbounded one. So the volumes add up to the
 //! volume of the box.
 //!

@@ -6,7 +6,7 @@
 //!
 //! **Source.** Moebius, *Der barycentrische Calcul* (1827).
 //!
-//! **Rounding.** If the rounded determinant of the cell may have a relative error above [`THIN`], or a sign is uncertain, all are
+//! **Rounding.** If the rounded determinant of the cell may have a relative error above `THIN`, or a sign is uncertain, all are
 //! computed by big integers and rounded once.
 //!
 //! **Work.** O(1) for each query after its location.

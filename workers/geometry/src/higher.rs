@@ -1,7 +1,7 @@
 //! Points of dimensions 4, 5 and 6.
 //!
 //! **Statement.** [`VecN`] is a vector of `N` coordinates, which glam does not have for `N > 4`. Its determinants are
-//! those of [`crate::predicates::general`]. The kernel of [`crate::incremental`] and the curve of
+//! those of `predicates::general`. The kernel of [`crate::incremental`] and the curve of
 //! [`crate::separator`] exist in the plane and in space only, so points of these dimensions are triangulated by their
 //! stars ([`crate::hull`]).
 //!
