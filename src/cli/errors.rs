@@ -5,6 +5,7 @@ use std::fmt::{Display, Write as _};
 use std::io::{ErrorKind, Write as _};
 use std::panic::{AssertUnwindSafe, catch_unwind, resume_unwind};
 
+pub use septet_core::Code;
 use septet_core::generate::{GenerateError, Kind};
 use septet_core::spec::SpecError;
 use septet_core::{Door, Error, Remedy};
@@ -15,37 +16,6 @@ use septet_protocol::transport::TransportError;
 use super::excerpt::Excerpt;
 use super::progress::{Cancelled, Talk};
 use super::text::{bytes, printable, suggestion};
-
-/// Exit codes.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-#[repr(u8)]
-pub enum Code {
-    /// The reader of standard output closed the pipe. The program ends silently.
-    ReaderGone = 0,
-    /// The run failed, or an output cannot be written.
-    Failed = 1,
-    /// The options are invalid.
-    Usage = 2,
-    /// The input data are invalid.
-    Input = 3,
-    /// A verification or claim failed.
-    Rejected = 4,
-    /// A limit was reached.
-    Limit = 5,
-    /// A worker or the transport failed.
-    Machine = 6,
-    /// Interrupted.
-    Interrupted = 130,
-}
-
-impl Code {
-    /// Returns the code of this number.
-    pub fn of(number: u8) -> Self {
-        let all = [Code::ReaderGone, Code::Usage, Code::Input, Code::Rejected, Code::Limit, Code::Machine];
-        let found = all.into_iter().chain([Code::Interrupted]).find(|code| *code as u8 == number);
-        found.unwrap_or(Code::Failed)
-    }
-}
 
 /// The failure of a command.
 #[derive(Debug)]
@@ -132,7 +102,7 @@ impl From<InputError> for Failure {
 
 /// Returns the failure for a file that cannot be read.
 fn of_file(error: &InputError, message: &impl Display) -> Failure {
-    let failure = Failure::of(Code::of(error.exit_code()), message, error.remedy());
+    let failure = Failure::of(error.exit_code(), message, error.remedy());
     let excerpt = error.line().and_then(|line| Excerpt::of(error.path(), line, error.column()));
     Failure { excerpt: excerpt.map(Box::new), ..failure }
 }
@@ -145,7 +115,7 @@ impl From<ListError> for Failure {
                 let line =
                     if let ListError::Entry { list, line, .. } = &error { Some((list, *line)) } else { None };
                 let excerpt = line.and_then(|(list, line)| Excerpt::of(list, line, None)).map(Box::new);
-                Failure { excerpt, ..Failure::of(Code::of(error.exit_code()), &error, error.remedy()) }
+                Failure { excerpt, ..Failure::of(error.exit_code(), &error, error.remedy()) }
             }
         }
     }
@@ -157,7 +127,7 @@ impl From<OutputError> for Failure {
             OutputError::Stream { source } if source.kind() == ErrorKind::BrokenPipe => {
                 Failure::new(Code::ReaderGone, error.to_string())
             }
-            _ => Failure::of(Code::of(error.exit_code()), &error, error.remedy()),
+            _ => Failure::of(error.exit_code(), &error, error.remedy()),
         }
     }
 }
@@ -190,19 +160,16 @@ impl From<GenerateError> for Failure {
 
 impl From<Error> for Failure {
     fn from(error: Error) -> Self {
-        let of = |code| Failure::of(code, &error, error.remedy());
+        let of = || Failure::of(error.code(), &error, error.remedy());
         match error {
             Error::Spec(error) => error.into(),
-            Error::Points(_) | Error::Sites(_) | Error::Indices { .. } => of(Code::Input),
-            Error::Periodic(ref periodic) if periodic.is_of_point() => of(Code::Input),
-            Error::Periodic(_) => of(Code::Usage),
             Error::Memory { forecast, limit, points } => {
                 let message = format!(
                     "{points} points need about {} of memory ({forecast} bytes), but the limit is {} ({limit} bytes)",
                     bytes(forecast),
                     bytes(limit)
                 );
-                Failure { message, ..of(Code::Limit) }
+                Failure { message, ..of() }
             }
             Error::Exceeded { used, limit } => {
                 let message = format!(
@@ -210,14 +177,13 @@ impl From<Error> for Failure {
                     bytes(used),
                     bytes(limit)
                 );
-                Failure { message, ..of(Code::Limit) }
+                Failure { message, ..of() }
             }
             Error::Machine(TransportError::Stopped) | Error::Interrupted => Failure::interrupted(),
-            Error::Machine(_) | Error::Start(_) => of(Code::Machine)
-                .help("run it again with -v; if it fails again, please report it with the input"),
-            Error::Piece { .. } | Error::Baseline(_) => of(Code::Limit),
-            Error::NotCertified { .. } => of(Code::Rejected),
-            _ => of(Code::Failed),
+            Error::Machine(_) | Error::Start(_) => {
+                of().help("run it again with -v; if it fails again, please report it with the input")
+            }
+            _ => of(),
         }
     }
 }

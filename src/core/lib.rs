@@ -8,6 +8,8 @@ pub mod spec;
 
 pub mod model;
 
+mod code;
+
 pub mod error;
 
 mod periodic_error;
@@ -26,6 +28,7 @@ pub mod mesh;
 
 pub mod generate;
 
+pub use code::Code;
 pub use error::{Error, Refutation};
 pub use remedy::{Door, Remedy};
 pub use result::outcome::{

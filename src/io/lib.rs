@@ -1,7 +1,6 @@
 //! Readers and writers of files: the formats of mesh generators, viewers and array libraries.
 
 mod ending;
-mod exit_code;
 mod format;
 #[cfg(test)]
 mod guide_tests;

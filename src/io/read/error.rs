@@ -6,9 +6,8 @@ mod weight;
 use std::fmt;
 use std::path::{Path, PathBuf};
 
-use septet_core::Remedy;
+use septet_core::{Code, Remedy};
 
-use crate::exit_code;
 use crate::format::{Role, may_be_table};
 pub(super) use texts::shown;
 use texts::{at_column, choose_columns, known_formats, listed, of_points};
@@ -463,11 +462,11 @@ impl InputError {
     }
 
     /// Returns the exit code of the program.
-    pub fn exit_code(&self) -> u8 {
+    pub fn exit_code(&self) -> Code {
         match self {
-            Self::OutOfMemory { .. } => exit_code::LIMIT,
-            _ if self.is_usage() => exit_code::USAGE,
-            _ => exit_code::INPUT,
+            Self::OutOfMemory { .. } => Code::Limit,
+            _ if self.is_usage() => Code::Usage,
+            _ => Code::Input,
         }
     }
 

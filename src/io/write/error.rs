@@ -3,10 +3,9 @@
 use std::io;
 use std::path::{Path, PathBuf};
 
-use septet_core::Remedy;
+use septet_core::{Code, Remedy};
 
 use super::topology::TopologyError;
-use crate::exit_code;
 use crate::format::Role;
 
 /// A reason why an output cannot be written. Variants that concern a file contain its path.
@@ -146,7 +145,7 @@ impl OutputError {
     }
 
     /// Returns the exit code of the program.
-    pub fn exit_code(&self) -> u8 {
+    pub fn exit_code(&self) -> Code {
         match self {
             OutputError::UnknownFormat { .. }
             | OutputError::NotOneFile
@@ -154,9 +153,9 @@ impl OutputError {
             | OutputError::NotText { .. }
             | OutputError::NoPieces { .. }
             | OutputError::OnlyPlane { .. }
-            | OutputError::OnlySpace { .. } => exit_code::USAGE,
-            OutputError::TooLarge { .. } => exit_code::LIMIT,
-            _ => exit_code::FAILED,
+            | OutputError::OnlySpace { .. } => Code::Usage,
+            OutputError::TooLarge { .. } => Code::Limit,
+            _ => Code::Failed,
         }
     }
 

@@ -67,6 +67,9 @@ mod tests {
             assert_eq!(first, offsets.iter().map(|&steps| steps as i8).collect::<Vec<i8>>());
         }
         let error = check_offsets_output(&folder.path().join("o.vtu")).unwrap_err();
-        assert!(error.exit_code() == 2 && error.remedy().unwrap().to_string().contains(".npy"), "{error}");
+        assert!(
+            error.exit_code() as u8 == 2 && error.remedy().unwrap().to_string().contains(".npy"),
+            "{error}"
+        );
     }
 }

@@ -76,7 +76,7 @@ mod tests {
             assert_eq!(data, rows.iter().flat_map(|row| row.to_le_bytes()).collect::<Vec<u8>>());
         }
         let error = check_rows_output(&at("a.vtu")).unwrap_err();
-        assert_eq!(error.exit_code(), 2);
+        assert_eq!(error.exit_code() as u8, 2);
         assert!(error.remedy().unwrap().to_string().contains(".npy"), "{error}");
         check_rows_output(Path::new("-")).unwrap();
         let mut text = Vec::new();

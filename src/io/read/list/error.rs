@@ -2,11 +2,10 @@
 
 use std::path::PathBuf;
 
-use septet_core::Remedy;
+use septet_core::{Code, Remedy};
 
 use super::super::error::{InputError, shown};
 use super::super::points::CoordinateType;
-use crate::exit_code;
 
 /// A reason why a line of a list does not name a file.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
@@ -172,11 +171,11 @@ impl ListError {
     }
 
     /// Returns the exit code of the program.
-    pub fn exit_code(&self) -> u8 {
+    pub fn exit_code(&self) -> Code {
         match self {
             Self::File { error, .. } | Self::List { error } | Self::Weights { error } => error.exit_code(),
-            Self::Pattern { .. } => exit_code::USAGE,
-            _ => exit_code::INPUT,
+            Self::Pattern { .. } => Code::Usage,
+            _ => Code::Input,
         }
     }
 

@@ -2,12 +2,11 @@
 
 use std::path::PathBuf;
 
-use septet_core::Remedy;
+use septet_core::{Code, Remedy};
 use septet_protocol::wire::{Ended, Processes};
 
 use super::super::error::{InputError, shown};
 use super::super::list::ListError;
-use crate::exit_code;
 
 /// A reason why several processes cannot read an input.
 #[derive(Debug, thiserror::Error)]
@@ -118,19 +117,19 @@ impl SharedError {
     }
 
     /// Returns the exit code of the program.
-    fn code(&self) -> u8 {
+    fn code(&self) -> Code {
         match self {
-            Self::TooLarge { .. } | Self::Heights { .. } => exit_code::LIMIT,
-            Self::Blocks { .. } => exit_code::FAILED,
-            Self::Interrupted => exit_code::INTERRUPTED,
+            Self::TooLarge { .. } | Self::Heights { .. } => Code::Limit,
+            Self::Blocks { .. } => Code::Failed,
+            Self::Interrupted => Code::Interrupted,
             Self::File(error) => error.exit_code(),
             Self::List(error) => error.exit_code(),
-            Self::Differs { .. } | Self::OtherList { .. } | Self::Changed { .. } => exit_code::INPUT,
+            Self::Differs { .. } | Self::OtherList { .. } | Self::Changed { .. } => Code::Input,
         }
     }
 }
 
 /// Returns the value of this process if no process has an error, otherwise the error of the first process that has one.
 pub(super) fn agree<T>(processes: &mut Processes<'_>, own: Result<T, SharedError>) -> Result<T, Ended> {
-    processes.agree(own, |error| (error.code(), error.to_string(), Remedy::sent(error.remedy())))
+    processes.agree(own, |error| (error.code() as u8, error.to_string(), Remedy::sent(error.remedy())))
 }

@@ -46,7 +46,7 @@ fn a_part_of_a_row_is_refused() {
         for size in (1..3 * row).filter(|size| size % row != 0) {
             let error = bad_with("a.raw", vec![0; size], &raw(text));
             let is_named = matches!(error, InputError::PartOfRow { size: s, row: r, .. } if (s, r) == (size as u64, row as u64));
-            assert!(is_named && error.exit_code() == 3, "{text} {size}: {error}");
+            assert!(is_named && error.exit_code() as u8 == 3, "{text} {size}: {error}");
         }
     }
     let message = bad_with("a.raw", vec![0; 100], &raw("f64,3")).to_string();
@@ -59,7 +59,10 @@ fn names_and_contents_of_other_formats() {
     let data = bytes_of!(f64, to_le_bytes, corners);
     for name in ["a.npy", "a.PLY.gz", "a.xyz", "a.ele"] {
         let error = stream(&data, name, &raw("f64,3")).unwrap_err();
-        assert!(matches!(error, InputError::NotRaw { .. }) && error.exit_code() == 2, "{name}: {error}");
+        assert!(
+            matches!(error, InputError::NotRaw { .. }) && error.exit_code() as u8 == 2,
+            "{name}: {error}"
+        );
     }
     for name in ["a.raw", "a.bin", "a.dat", "a", "-", "a.f64", "a.gz.raw"] {
         assert_eq!(space(&stream(&data, name, &raw("f64,3")).unwrap()), CORNERS, "{name}");

@@ -44,8 +44,8 @@ impl Cases {
             let pattern = one["refuse"].as_str();
             pattern.is_some_and(|pattern| Regex::new(pattern).unwrap().is_match(&message).unwrap())
         };
-        if !matches!(error.exit_code(), 2 | 3) || !right.iter().any(is_named) {
-            return Some(format!("exit {}: {message}", error.exit_code()));
+        if !matches!(error.exit_code() as u8, 2 | 3) || !right.iter().any(is_named) {
+            return Some(format!("exit {}: {message}", error.exit_code() as u8));
         }
         let advised = advised(&message)?;
         let options = ReadOptions { columns: Some(advised.clone()), ..options };

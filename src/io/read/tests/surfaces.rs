@@ -85,7 +85,7 @@ fn stl_and_obj() {
         ("a.stl", "solid a\nendsolid a\n", "without facets"),
     ] {
         let error = bad(name, text);
-        assert!(error.exit_code() == 3 && error.to_string().contains(part), "{error}");
+        assert!(error.exit_code() as u8 == 3 && error.to_string().contains(part), "{error}");
     }
 }
 

@@ -59,7 +59,7 @@ fn points_without_heights_are_refused() {
     ] {
         let error = terrain(name, text, &TERRAIN).unwrap_err();
         assert!(matches!(error, InputError::NoHeights { .. }), "{name}: {error}");
-        assert_eq!(error.exit_code(), 3);
+        assert_eq!(error.exit_code() as u8, 3);
         assert!(error.to_string().contains("no z"), "{error}");
     }
     let named = terrain("a.csv", "x,y,depth\n1,1,7\n", &TERRAIN).unwrap_err();

@@ -22,7 +22,7 @@ fn columns(wanted: &[&str], options: ReadOptions) -> ReadOptions {
 
 fn refused(name: &str, data: impl AsRef<[u8]>, options: &ReadOptions) -> (u8, String) {
     let error = bad_with(name, data, options);
-    (error.exit_code(), report(&error))
+    (error.exit_code() as u8, report(&error))
 }
 
 /// A folder with files.
@@ -53,7 +53,7 @@ impl Folder {
     fn refused(&self, points: &str, weights: &str, rest: &ReadOptions) -> (u8, String) {
         let error = self.read(points, weights, rest).unwrap_err();
         let folder = format!("{}/", self.0.path().display());
-        (error.exit_code(), report(&error).replace(&folder, ""))
+        (error.exit_code() as u8, report(&error).replace(&folder, ""))
     }
 }
 
@@ -174,7 +174,7 @@ fn bad_weights_are_errors_with_their_row() {
         let error = bad_with("a.xyz", table, &options);
         let text = report(&error);
         assert!(text.contains(part), "{text}");
-        assert_eq!(error.exit_code(), 3);
+        assert_eq!(error.exit_code() as u8, 3);
         assert!(error.row().is_some() && error.line().is_some(), "{text}");
     }
     let table = "x,y,r,m\n1,2,3,0\n4,5,-1,1\n6,7,,2\nnan,1,1,3\n8,9,nan,4\n1,1,x,5\n2,2,4,6\n";
@@ -269,7 +269,7 @@ fn formats_without_columns_are_refused_by_name() {
     let terrain = ReadOptions { terrain: true, ..weights("w") };
     let error = read_from(&b"x,y,z,w\n1,2,3,4\n"[..], Path::new("a.csv"), None, &terrain, &mut |_, _| {});
     let error = error.unwrap_err();
-    assert_eq!((error.exit_code(), report(&error).lines().count()), (2, 2));
+    assert_eq!((error.exit_code() as u8, report(&error).lines().count()), (2, 2));
     assert_eq!(error.to_string(), "a.csv: the points of a terrain have no weights");
 }
 
@@ -390,7 +390,7 @@ fn lists_have_columns_in_each_file_and_one_file_of_weights() {
     assert_eq!(list.content.weights, Some(vec![7.0, 8.0, 9.0]));
     let error = read(&["a.csv", "a.csv"], &plane).unwrap_err();
     assert_eq!(
-        (error.exit_code(), error.to_string().ends_with("w.txt: 3 weights for 4 rows of points")),
+        (error.exit_code() as u8, error.to_string().ends_with("w.txt: 3 weights for 4 rows of points")),
         (3, true)
     );
     let bad = ReadOptions { dimension: Some(2), ..file("bad.txt") };

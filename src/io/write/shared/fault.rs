@@ -2,9 +2,8 @@
 
 use std::path::PathBuf;
 
-use septet_core::Remedy;
+use septet_core::{Code, Remedy};
 
-use crate::exit_code;
 use crate::format::Role;
 use crate::write::error::OutputError;
 
@@ -71,10 +70,10 @@ pub(super) fn fits(bytes: u64) -> Result<(), SharedFault> {
 pub(super) fn describe(fault: &SharedFault) -> (u8, String, String) {
     let code = match fault {
         SharedFault::Output(error) => error.exit_code(),
-        SharedFault::NotVisible { .. } => exit_code::FAILED,
-        SharedFault::TooLarge { .. } => exit_code::LIMIT,
-        SharedFault::Interrupted => exit_code::INTERRUPTED,
-        _ => exit_code::USAGE,
+        SharedFault::NotVisible { .. } => Code::Failed,
+        SharedFault::TooLarge { .. } => Code::Limit,
+        SharedFault::Interrupted => Code::Interrupted,
+        _ => Code::Usage,
     };
-    (code, fault.to_string(), Remedy::sent(fault.remedy()))
+    (code as u8, fault.to_string(), Remedy::sent(fault.remedy()))
 }
