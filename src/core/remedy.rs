@@ -17,6 +17,10 @@ pub enum Door {
     Shell,
     /// The library: `max_memory`, `workers = 1`, in backticks.
     Rust,
+    /// The Python package: `max_memory=...`, `workers=1`, `supergraph="knn"`. An option that has another name there is spelled so.
+    Python,
+    /// The library for C, whose options are fields: `max_memory`, `workers = 1`.
+    C,
 }
 
 impl Remedy {
@@ -115,6 +119,14 @@ impl Door {
             (Door::Shell, Some(value)) => write!(text, "--{name} {value}"),
             (Door::Rust, None) => write!(text, "`{}`", key()),
             (Door::Rust, Some(value)) => write!(text, "`{} = {value}`", key()),
+            (Door::Python, None) if name == "skip-invalid" => write!(text, "on_invalid=\"skip\""),
+            (Door::Python, None) => write!(text, "{}=...", key()),
+            (Door::Python, Some(value)) if value.parse::<f64>().is_err() => {
+                write!(text, "{}=\"{value}\"", key())
+            }
+            (Door::Python, Some(value)) => write!(text, "{}={value}", key()),
+            (Door::C, None) => write!(text, "{}", key()),
+            (Door::C, Some(value)) => write!(text, "{} = {value}", key()),
         };
     }
 }
@@ -128,6 +140,11 @@ mod tests {
         let remedy = Remedy::of("raise {max-memory}, or use {workers=1} or ").set("leaf", 7).then(".");
         assert_eq!(remedy.spelled(Door::Shell), "raise --max-memory, or use --workers 1 or --leaf 7.");
         assert_eq!(remedy.to_string(), "raise `max_memory`, or use `workers = 1` or `leaf = 7`.");
+        assert_eq!(remedy.spelled(Door::Python), "raise max_memory=..., or use workers=1 or leaf=7.");
+        assert_eq!(remedy.spelled(Door::C), "raise max_memory, or use workers = 1 or leaf = 7.");
+        let words = Remedy::of("use {separator-sets=both} or {skip-invalid}");
+        assert_eq!(words.spelled(Door::Python), "use separator_sets=\"both\" or on_invalid=\"skip\"");
+        assert_eq!(words.spelled(Door::C), "use separator_sets = both or skip_invalid");
     }
 
     #[test]

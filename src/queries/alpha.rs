@@ -131,6 +131,11 @@ impl<P: Dimension> Tessellation<P> {
         Ok(AlphaShape { cells, boundary, singular, volume })
     }
 
+    /// Returns the squared circumradius of each cell, from which on it belongs to the alpha complex.
+    pub fn alpha_values(&self) -> Vec<f64> {
+        self.squared_radii().into_iter().map(|x| self.unscaled(x, 2)).collect()
+    }
+
     fn squared_radii(&self) -> Vec<f64> {
         loops::map(self.cells.len(), |cell| circumcentre(&self.corners(cell as u32)[..=P::DIM]).norm2())
     }

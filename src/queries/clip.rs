@@ -19,6 +19,8 @@ use septet_geometry::point::Point;
 pub(crate) struct Measures {
     /// The area or volume.
     pub(crate) volume: f64,
+    /// The integral of the place over the cell. In the plane, the third coordinate is 0.
+    pub(crate) moment: DVec3,
     /// The length or area of the face in the plane of each half-space.
     pub(crate) faces: Vec<f64>,
 }
@@ -98,10 +100,12 @@ impl Polygon {
     }
 
     fn measures(&self, sides: usize) -> Measures {
-        let mut measures = Measures { volume: 0.0, faces: vec![0.0; sides] };
+        let mut measures = Measures { faces: vec![0.0; sides], ..Measures::default() };
         for (i, &(a, side)) in self.0.iter().enumerate() {
             let b = self.0[(i + 1) % self.0.len()].0;
-            measures.volume += a.perp_dot(b) / 2.0;
+            let area = a.perp_dot(b) / 2.0;
+            measures.volume += area;
+            measures.moment += ((a + b) * (area / 3.0)).extend(0.0);
             if let Some(side) = side {
                 measures.faces[side] += a.distance(b);
             }
@@ -156,11 +160,16 @@ impl Body {
     }
 
     fn measures(&self, sides: usize) -> Measures {
-        let mut measures = Measures { volume: 0.0, faces: vec![0.0; sides] };
+        let mut measures = Measures { faces: vec![0.0; sides], ..Measures::default() };
         for Face { corners, side } in &self.0 {
-            let fan = corners.windows(2).skip(1);
-            let twice: DVec3 = fan.map(|edge| (edge[0] - corners[0]).cross(edge[1] - corners[0])).sum();
-            measures.volume += corners[0].dot(twice) / 6.0;
+            let mut twice = DVec3::ZERO;
+            for edge in corners.windows(2).skip(1) {
+                let normal = (edge[0] - corners[0]).cross(edge[1] - corners[0]);
+                let volume = corners[0].dot(normal) / 6.0;
+                measures.volume += volume;
+                measures.moment += (corners[0] + edge[0] + edge[1]) * (volume / 4.0);
+                twice += normal;
+            }
             if let Some(side) = *side {
                 measures.faces[side] += twice.length() / 2.0;
             }
@@ -193,6 +202,8 @@ mod tests {
         let cut = measure(-DVec3::ONE, DVec3::ONE, &[(n, 2.0 / 3f64.sqrt()), (DVec3::X, 5.0)]);
         // The corner above `x + y + z = 2` is a tetrahedron with legs of length 1.
         assert!((cut.volume - (8.0 - 1.0 / 6.0)).abs() < 1e-14);
+        // Its centroid is a quarter of a leg below the corner, on each axis.
+        assert!((cut.moment + DVec3::splat(0.75 / 6.0)).length() < 1e-14);
         assert!((cut.faces[0] - 3f64.sqrt() / 2.0).abs() < 1e-14 && cut.faces[1] == 0.0);
         let cut = measure(-DVec2::ONE, DVec2::ONE, &[(DVec2::ONE.normalize(), 0.5f64.sqrt())]);
         assert!((cut.volume - 3.5).abs() < 1e-14 && (cut.faces[0] - 2f64.sqrt()).abs() < 1e-14);

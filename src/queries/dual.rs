@@ -63,14 +63,25 @@ pub(crate) fn parts<P: Dimension>(cell: &[P], centre: P) -> [f64; 6] {
 
 /// Returns the part of one edge in space.
 pub(crate) fn space_part<P: Point>(cell: &[P], centre: P, [v, i, j, k]: [usize; 4]) -> f64 {
-    let along = cell[i] - cell[v];
     // The normals point into the cell: `(v, i, j, k)` is an even permutation of its corners.
-    let terms = [(j, 1.0), (k, -1.0)].map(|(apex, turn)| {
-        let (p, q) = (cell[v] - cell[apex], cell[i] - cell[apex]);
-        let normal = P::hull_normal(&[p, q]);
-        let length = normal.norm2().sqrt();
-        let height = normal.dot(centre + (cell[0] - cell[apex])) / length;
-        turn * (p.dot(q) / length) * height
-    });
-    along.norm2() * (terms[0] + terms[1]) / 24.0
+    let [a, b] = [[v, i, j], [v, i, k]].map(|triangle| term(cell, centre, triangle).0);
+    (cell[i] - cell[v]).norm2() * (a - b) / 24.0
+}
+
+/// Returns the term of a triangle `v, i, j` without the factor of its edge `vi`, and the vector from the triangle's centre to the
+/// centre of the cell.
+fn term<P: Point>(cell: &[P], centre: P, [v, i, apex]: [usize; 3]) -> (f64, P) {
+    let (p, q) = (cell[v] - cell[apex], cell[i] - cell[apex]);
+    let normal = P::hull_normal(&[p, q]);
+    let length = normal.norm2().sqrt();
+    let height = normal.dot(centre + (cell[0] - cell[apex])) / length;
+    ((p.dot(q) / length) * height, normal * (height / length))
+}
+
+/// Returns the term of a triangle `v, i, j` for its edge `vi`, positive if the triangle's normal points into the cell, and the vector
+/// from the triangle's centre to the centre of the cell.
+pub(crate) fn part_in_triangle<P: Point>(cell: &[P], centre: P, triangle: [usize; 3]) -> (f64, P) {
+    let (part, height) = term(cell, centre, triangle);
+    let along = cell[triangle[1]] - cell[triangle[0]];
+    (along.norm2() * part / 24.0, height)
 }

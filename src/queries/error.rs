@@ -1,5 +1,7 @@
 //! Reasons why a query has no answer.
 
+use septet_core::Code;
+use septet_geometry::range::RangeError;
 use thiserror::Error;
 
 /// A triangulation or an argument that queries cannot use.
@@ -27,7 +29,7 @@ pub enum QueryError {
     },
     /// Two points differ in scale by more than the exact predicates allow.
     #[error(transparent)]
-    Range(#[from] septet_geometry::range::RangeError),
+    Range(#[from] RangeError),
     /// The points do not span the space, so they have no cells.
     #[error("the points have no cells, because their affine hull has the dimension {dimension}")]
     Flat {
@@ -52,11 +54,97 @@ pub enum QueryError {
     #[error("a radius must be 0 or more")]
     Radius,
     /// An array of values does not fit the points.
-    #[error("there are {given} values for {points} points")]
+    #[error(
+        "there are {given} values for {points} points with {columns} values each; pass {columns} for each point"
+    )]
     Values {
         /// Number of values.
         given: usize,
+        /// Number of values of each point.
+        columns: usize,
         /// Number of points.
         points: usize,
     },
+    /// A list of cells has not one for each query.
+    #[error("there are {given} cells for {queries} queries; pass one cell for each query")]
+    Cells {
+        /// Number of cells.
+        given: usize,
+        /// Number of queries.
+        queries: usize,
+    },
+    /// There is no such cell.
+    #[error("entry {at}: there is no cell {cell}; the triangulation has {cells}")]
+    NoCell {
+        /// Position in the list.
+        at: usize,
+        /// The number of the cell.
+        cell: u32,
+        /// Number of cells.
+        cells: usize,
+    },
+    /// Rows are not the cells of a Delaunay triangulation of the points.
+    #[error("cell {cell} {fault}; pass points and cells of one triangulation, unchanged")]
+    Row {
+        /// The first such row.
+        cell: usize,
+        /// What is wrong with it.
+        fault: RowFault,
+    },
+    /// A point is no vertex, although it is finite and no other point has its place.
+    #[error("no cell has the vertex {point}; pass points and cells of one triangulation, unchanged")]
+    Unused {
+        /// The point.
+        point: usize,
+    },
+}
+
+/// What is wrong with a row of a cell.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Error)]
+#[non_exhaustive]
+pub enum RowFault {
+    /// A vertex is not a number of a point.
+    #[error("has a vertex that is no point")]
+    NoPoint,
+    /// A vertex is not finite.
+    #[error("has a vertex that is not finite")]
+    NotFinite,
+    /// The row or the order of rows is not canonical.
+    #[error("is not in canonical order")]
+    Order,
+    /// The cell is flat or negatively oriented.
+    #[error("is not positively oriented")]
+    Orientation,
+    /// Three cells share a facet, or two cells lie on the same side of one.
+    #[error("overlaps another cell at a facet")]
+    Facet,
+    /// The sphere of the cell contains a vertex of a neighbour.
+    #[error("is not a Delaunay cell")]
+    NotDelaunay,
+    /// The boundary of the cells is not convex, so cells are missing.
+    #[error("lies at a gap")]
+    Gap,
+}
+
+impl QueryError {
+    /// Returns the exit code of the program.
+    pub fn code(&self) -> Code {
+        match self {
+            Self::EmptyBox { .. } | Self::Radius | Self::Values { .. } | Self::Cells { .. } => Code::Usage,
+            Self::NoCell { .. } | Self::OtherRun | Self::OtherPoints { .. } => Code::Usage,
+            Self::TooMany { .. } => Code::Limit,
+            Self::Range(_) | Self::Flat { .. } | Self::OutsideBox { .. } => Code::Input,
+            Self::Row { .. } | Self::Unused { .. } => Code::Input,
+        }
+    }
+
+    /// Returns the row of the point that is the reason.
+    pub fn row(&self) -> Option<u64> {
+        match self {
+            Self::Range(RangeError::NotFinite { index, .. } | RangeError::Spread { low: index, .. })
+            | Self::OutsideBox { index }
+            | Self::Unused { point: index } => Some(*index as u64),
+            _ => None,
+        }
+    }
 }

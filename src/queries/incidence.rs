@@ -54,17 +54,28 @@ impl<P: Dimension> Tessellation<P> {
         all
     }
 
+    /// Returns the edges: smaller vertex first, sorted.
+    pub fn edges(&self) -> Vec<[u32; 2]> {
+        let around = self.vertex_neighbours();
+        let of = |v: u32| around.row(v as usize).iter().filter(move |w| **w > v).map(move |&w| [v, w]);
+        (0..around.len() as u32).flat_map(of).collect()
+    }
+
     /// Returns the area or volume of each cell. It is positive, with a relative error below `1e-9`; for nearly all cells, it is
     /// rounded to a few units in the last place.
     pub fn cell_volumes(&self) -> Vec<f64> {
         let factorial = if P::DIM == 2 { 2.0 } else { 6.0 };
         loops::map(self.cells.len(), |cell| {
-            let corners = self.corners(cell as u32);
-            let rounded = P::rounded_orientation(&corners[..=P::DIM]);
-            let is_thin = rounded.bound > rounded.det * THIN;
-            let det = if is_thin { exact::measure(&corners) } else { rounded.det };
-            self.unscaled(det / factorial, P::DIM as i32)
+            self.unscaled(self.determinant(cell as u32) / factorial, P::DIM as i32)
         })
+    }
+
+    /// Returns the orientation determinant of a cell, scaled.
+    pub(crate) fn determinant(&self, cell: u32) -> f64 {
+        let corners = self.corners(cell);
+        let rounded = P::rounded_orientation(&corners[..=P::DIM]);
+        let is_thin = rounded.bound > rounded.det * THIN;
+        if is_thin { exact::measure(&corners) } else { rounded.det }
     }
 
     /// Measures the shape of a cell: radius-edge ratio, angles, volume.

@@ -7,24 +7,28 @@
 //! | question | modules |
 //! | --- | --- |
 //! | rows, neighbours, hull, vertices that edges join, volumes, shapes | [`tessellation`], `rows`, `incidence` |
+//! | a triangulation from its cells | `restored` |
 //! | the cell of a query, the nearest vertex | `locate`, `nearest` |
-//! | Voronoi vertices, ridges, areas, volumes | [`voronoi`], `dual`, `clip` |
-//! | barycentric coordinates, weights of interpolations | [`weights`], `natural` |
+//! | Voronoi vertices, ridges, areas, volumes, centroids | [`voronoi`], `dual`, `clip`, `centroids` |
+//! | barycentric coordinates, gradients, weights of interpolations | [`weights`], `linear`, `natural` |
 //! | alpha complexes and shapes | [`alpha`] |
 //! | exact signs and ratios in rare cases | `exact` |
 
 pub mod alpha;
+mod centroids;
 mod clip;
 pub mod dimension;
 mod dual;
 pub mod error;
 mod exact;
 mod incidence;
+mod linear;
 mod locate;
 mod loops;
 mod natural;
 mod nearest;
 pub mod ragged;
+mod restored;
 mod rows;
 mod seen;
 pub mod tessellation;
@@ -35,7 +39,7 @@ pub mod weights;
 
 pub use alpha::{AlphaFiltration, AlphaShape};
 pub use dimension::Dimension;
-pub use error::QueryError;
+pub use error::{QueryError, RowFault};
 pub use ragged::Ragged;
 pub use tessellation::{NONE, Tessellation};
 pub use voronoi::Ridges;

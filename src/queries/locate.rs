@@ -55,7 +55,7 @@ pub(crate) struct Place {
 
 impl<P: Dimension> Query<P> {
     /// Returns the query in the units of the triangulation.
-    fn of(t: &Tessellation<P>, given: P) -> Self {
+    pub(crate) fn of(t: &Tessellation<P>, given: P) -> Self {
         let scaled = scale(given, t.exponent) + P::splat(0.0);
         let near = most(least(scaled, t.bounds[1]), t.bounds[0]);
         let in_box = near == scaled;

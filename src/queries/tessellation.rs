@@ -72,7 +72,7 @@ impl<P: Dimension> Tessellation<P> {
     }
 
     /// Creates the tables from canonical rows, given the coincident points, whether each point is a vertex, and the dimension.
-    fn of_rows(
+    pub(crate) fn of_rows(
         points: &[P],
         rows: Rows<P>,
         (duplicates, is_vertex, dimension): (Vec<[u32; 2]>, &[bool], isize),
@@ -141,6 +141,11 @@ impl<P: Dimension> Tessellation<P> {
     /// Panics if there is no such point.
     pub fn point(&self, at: u32) -> P {
         scale(self.points[at as usize], -self.exponent)
+    }
+
+    /// Returns all points ([`Tessellation::point`]).
+    pub fn points(&self) -> Vec<P> {
+        self.points.iter().map(|&p| scale(p, -self.exponent)).collect()
     }
 
     /// Returns the dimension of the affine hull of the points, from -1 for no points. If it is less than the dimension of the

@@ -1,8 +1,10 @@
 //! Queries against brute force: exact integers on grids, and definitions.
 
 mod alpha;
+mod linear;
 mod locate;
 mod natural;
+mod restored;
 mod rows;
 mod voronoi;
 

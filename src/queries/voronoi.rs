@@ -34,11 +34,11 @@ pub struct Ridges {
 }
 
 /// A box, and the Voronoi vertices in it, in scaled units.
-struct Frame<P> {
+pub(crate) struct Frame<P> {
     low: P,
     high: P,
     /// Whether the Voronoi cell of each vertex is cut.
-    is_cut: Vec<bool>,
+    pub(crate) is_cut: Vec<bool>,
 }
 
 impl<P: Dimension> Tessellation<P> {
@@ -52,6 +52,12 @@ impl<P: Dimension> Tessellation<P> {
             unscaled
         };
         loops::map(self.cells.len(), one)
+    }
+
+    /// Returns the circumradius of each cell. It is infinite if it is beyond the range of floats.
+    pub fn circumradii(&self) -> Vec<f64> {
+        let radius = |cell: usize| circumcentre(&self.corners(cell as u32)).norm2().sqrt();
+        loops::map(self.cells.len(), |cell| self.unscaled(radius(cell), 1))
     }
 
     /// Returns the area or volume of the Voronoi cell of each point: infinite if it is unbounded, and 0 for a point that is no
@@ -111,17 +117,46 @@ impl<P: Dimension> Tessellation<P> {
         Ok(self.ridges_of(Some(&frame)))
     }
 
-    fn has_cells(&self) -> Result<(), QueryError> {
+    /// Returns the Voronoi vertices of the cell of each point, as numbers of cells, ascending. The row of an unbounded cell starts
+    /// with [`NONE`]. The row of a point that is no vertex is empty.
+    ///
+    /// # Errors
+    /// Fails if the points do not span the space.
+    pub fn voronoi_regions(&self) -> Result<Ragged, QueryError> {
+        self.has_cells()?;
+        let on_hull = self.on_hull();
+        let blocks = loops::blocks(self.points.len(), |block| {
+            let (mut star, mut rows) = (Seen::default(), Ragged::default());
+            for v in block {
+                let mut row = Vec::new();
+                if self.vertex_cell[v] != NONE {
+                    self.star(v as u32, &mut star);
+                    row.extend_from_slice(star.list());
+                    row.sort_unstable();
+                }
+                if on_hull[v] {
+                    row.insert(0, NONE);
+                }
+                rows.push(&row);
+            }
+            rows
+        });
+        let mut all = Ragged::default();
+        blocks.iter().for_each(|rows| all.append(rows));
+        Ok(all)
+    }
+
+    pub(crate) fn has_cells(&self) -> Result<(), QueryError> {
         if self.cells.is_empty() { Err(QueryError::Flat { dimension: self.dimension }) } else { Ok(()) }
     }
 
     /// Returns the circumcentre of each cell relative to its first corner, scaled.
-    fn centres(&self) -> Vec<P> {
+    pub(crate) fn centres(&self) -> Vec<P> {
         loops::map(self.cells.len(), |cell| circumcentre(&self.corners(cell as u32)))
     }
 
     /// Whether each vertex lies on the hull.
-    fn on_hull(&self) -> Vec<bool> {
+    pub(crate) fn on_hull(&self) -> Vec<bool> {
         let mut on_hull = vec![false; self.points.len()];
         for (cell, next) in self.cells.iter().zip(&self.neighbours) {
             for (slot, _) in next.as_ref().iter().enumerate().filter(|(_, next)| **next == NONE) {
@@ -152,7 +187,7 @@ impl<P: Dimension> Tessellation<P> {
     }
 
     /// Checks a box, and finds the Voronoi cells that are not inside of it.
-    fn frame(&self, (low, high): (P, P), centres: &[P]) -> Result<Frame<P>, QueryError> {
+    pub(crate) fn frame(&self, (low, high): (P, P), centres: &[P]) -> Result<Frame<P>, QueryError> {
         let scaled = |p: P| septet_geometry::range::scale(p, self.exponent);
         let (low, high) = (scaled(low), scaled(high));
         let is_range =
@@ -175,7 +210,7 @@ impl<P: Dimension> Tessellation<P> {
     }
 
     /// Measures the part of the Voronoi cell of a vertex in the box, with the neighbour of each face.
-    fn cut(&self, v: u32, frame: &Frame<P>, star: &mut Seen) -> (Vec<u32>, Measures) {
+    pub(crate) fn cut(&self, v: u32, frame: &Frame<P>, star: &mut Seen) -> (Vec<u32>, Measures) {
         self.star(v, star);
         let site = self.points[v as usize];
         let mut around: Vec<u32> = self.vertices_of(star.list()).filter(|&w| w != v).collect();

@@ -70,19 +70,39 @@ impl Weights {
     /// # Errors
     /// Fails if the number of values is not that of the points.
     pub fn interpolate(&self, values: &[f64]) -> Result<Vec<f64>, QueryError> {
-        if values.len() != self.points {
-            return Err(QueryError::Values { given: values.len(), points: self.points });
-        }
-        let row = |ends: &[u64]| {
-            let range = ends[0] as usize..ends[1] as usize;
-            if range.is_empty() {
-                return f64::NAN;
-            }
-            let terms = self.indices[range.clone()].iter().zip(&self.values[range]);
-            terms.map(|(&v, weight)| weight * values[v as usize]).sum()
-        };
-        Ok(self.offsets.windows(2).map(row).collect())
+        self.interpolate_rows((values, 1), f64::NAN)
     }
+
+    /// Interpolates a row of `columns` values for each point. The rows of queries outside of the hull are `outside`.
+    ///
+    /// # Errors
+    /// Fails if the number of values is not `columns` for each point.
+    pub fn interpolate_rows(
+        &self,
+        (values, columns): (&[f64], usize),
+        outside: f64,
+    ) -> Result<Vec<f64>, QueryError> {
+        check_values(values, columns, self.points)?;
+        let mut all = Vec::with_capacity((self.offsets.len() - 1) * columns);
+        for ends in self.offsets.windows(2) {
+            let range = ends[0] as usize..ends[1] as usize;
+            let start = all.len();
+            all.resize(start + columns, if range.is_empty() { outside } else { 0.0 });
+            for (&v, weight) in self.indices[range.clone()].iter().zip(&self.values[range]) {
+                let row = &values[v as usize * columns..][..columns];
+                all[start..].iter_mut().zip(row).for_each(|(sum, value)| *sum += weight * value);
+            }
+        }
+        Ok(all)
+    }
+}
+
+/// Checks that there are `columns` values for each point.
+pub(crate) fn check_values(values: &[f64], columns: usize, points: usize) -> Result<(), QueryError> {
+    if points.checked_mul(columns) == Some(values.len()) {
+        return Ok(());
+    }
+    Err(QueryError::Values { given: values.len(), columns, points })
 }
 
 /// Cells and barycentric coordinates of queries.
@@ -157,7 +177,7 @@ impl<P: Dimension> Tessellation<P> {
     }
 
     /// Returns the barycentric coordinates of a query in a cell that contains it.
-    fn coordinates(&self, query: &Query<P>, cell: u32) -> [f64; 4] {
+    pub(crate) fn coordinates(&self, query: &Query<P>, cell: u32) -> [f64; 4] {
         let corners = self.corners(cell);
         let values = match Self::quick(&corners, query) {
             Some(values) => values,

@@ -143,5 +143,5 @@ fn weights_on_the_hull_are_limits() {
 fn values_fit_the_points() {
     let t = made(&whole_grid::<DVec3>(2));
     let weights = t.weights(&[DVec3::splat(0.5)], Method::Linear);
-    assert_eq!(weights.interpolate(&[1.0; 7]), Err(QueryError::Values { given: 7, points: 8 }));
+    assert_eq!(weights.interpolate(&[1.0; 7]), Err(QueryError::Values { given: 7, columns: 1, points: 8 }));
 }
