@@ -124,7 +124,7 @@ pub fn within<T>(threads: usize, flag: Option<Arc<AtomicBool>>, f: impl FnOnce()
     let flag = flag.or_else(|| FLAG.with_borrow(Clone::clone));
     let place = Rc::new(Place::new(threads, flag.clone()));
     let _restore = Restore(PLACE.replace(Some(place)), FLAG.replace(flag));
-    catch_unwind(AssertUnwindSafe(f)).map_err(|payload| stopped(payload))
+    catch_unwind(AssertUnwindSafe(f)).map_err(stopped)
 }
 
 fn stopped(payload: Box<dyn Any + Send>) -> Stopped {
