@@ -19,8 +19,8 @@ use crate::spec::{Control, Spec, SpecError, Task};
 /// With [`crate::spec::Workers::Leaves`] it is called twice: the first machine grows the tree to count the leaves.
 pub type Start<'a, P> = dyn FnMut(&Arc<WorkerConfig>) -> Box<dyn Machine<P>> + 'a;
 
-/// The largest number of points that `triangulate` handles on the thread of its caller. It takes less time for them than
-/// threads take to start and to wait for each other in every round.
+/// The largest number of points that `triangulate` handles on the thread of its caller unless the caller sets the number of
+/// threads. It takes less time for them than threads take to start and to wait for each other in every round.
 const FEW: usize = 4096;
 
 /// Returns a function that returns machines with the transport of the specification, for this number of points.
@@ -28,10 +28,9 @@ pub(crate) fn started<P: Point>(
     (spec, task): (&Spec, Task),
     points: usize,
 ) -> impl FnMut(&Arc<WorkerConfig>) -> Box<dyn Machine<P>> + use<P> {
+    let is_small = task == Task::Triangulate && points <= FEW && spec.machine.threads.is_none();
     let kind = match spec.machine.transport_kind() {
-        TransportKind::Channel { .. } if task == Task::Triangulate && points <= FEW => {
-            TransportKind::Channel { threads: 1 }
-        }
+        TransportKind::Channel { .. } if is_small => TransportKind::Channel { threads: 1 },
         kind => kind,
     };
     move |_| machine::<P>(kind)
