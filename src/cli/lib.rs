@@ -39,7 +39,6 @@ mod schema;
 mod stats;
 mod summary;
 mod text;
-mod threads;
 mod verify;
 mod verify_box;
 mod weights;

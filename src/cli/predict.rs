@@ -169,7 +169,7 @@ impl PredictArgs {
 /// Runs each machine, and prices and prints its counts.
 pub fn run(args: &PredictArgs, talk: &Talk) -> Result<(), Failure> {
     let spec = args.spec(talk)?;
-    super::threads::limit_threads(spec.machine.thread_count());
+    septet_core::cores::limit(spec.machine.thread_count());
     let loaded = load(&args.input, (args.given.options(), &spec), args.json.as_deref(), talk)?;
     let spec = spec.with(|c| c.recursion.spacing = loaded.spacing);
     let runs = Runs { args, loaded: &loaded, spec };

@@ -244,7 +244,7 @@ impl<'a> Asked<'a> {
         }
         let given = args.given.options();
         let spec = given.spec()?;
-        super::threads::limit_threads(spec.machine.thread_count());
+        septet_core::cores::limit(spec.machine.thread_count());
         let input = Input::of(&args.points, spec.input.dimension, talk)?;
         check_reading(given, input.is_sample())?;
         let of_queries: Option<Option<Request>> =

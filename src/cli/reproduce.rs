@@ -90,7 +90,7 @@ pub fn run(args: &ReproduceArgs, talk: &Talk) -> Result<(), Failure> {
     let texts: Vec<&Path> = args.json.iter().map(PathBuf::as_path).collect();
     files::check(&[], &[], &texts)?;
     let threads = args.threads.map_or_else(cores, |threads| threads as usize);
-    super::threads::limit_threads(threads);
+    septet_core::cores::limit(threads);
     let extent = if args.full { Extent::Full } else { Extent::Quick };
     let cancel = Some(talk.cancel.clone());
     let correction = args.neighbours;

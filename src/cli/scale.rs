@@ -94,7 +94,7 @@ impl ScaleArgs {
 /// Runs the subcommand.
 pub fn run(args: &ScaleArgs, talk: &Talk) -> Result<(), Failure> {
     let sweep = args.sweep(talk)?;
-    super::threads::limit_threads(sweep.spec.machine.thread_count());
+    septet_core::cores::limit(sweep.spec.machine.thread_count());
     let mut journal = Journal::open(&args.output, &sweep.words())?;
     if journal.dropped > 0 {
         talk.note(format!("note: an incomplete line of {} is dropped", counted(journal.dropped, "byte")));

@@ -6,6 +6,7 @@ use septet_geometry::incremental::IncrementalError;
 use septet_geometry::range::RangeError;
 use septet_protocol::ids::COORDINATOR;
 use septet_protocol::transport::TransportError;
+use septet_workers::config::cores::Stopped;
 
 pub use crate::periodic_error::PeriodicError;
 use crate::remedy::Remedy;
@@ -116,6 +117,12 @@ impl Error {
             Error::NotCertified { .. } => Some(Remedy::REPORT),
             Error::Machine(TransportError::Stopped) | Error::Baseline(_) | Error::Interrupted => None,
         }
+    }
+}
+
+impl From<Stopped> for Error {
+    fn from(_: Stopped) -> Self {
+        Error::Interrupted
     }
 }
 

@@ -23,13 +23,9 @@ pub(super) struct Runner<'a> {
 }
 
 impl<'a> Runner<'a> {
-    /// Creates a pool of `threads`. For 0, or if the pool cannot be created, the global pool of rayon is used.
+    /// Creates a pool of `threads`; for 0, of one thread for each core.
     pub fn new(threads: usize, progress: &'a mut dyn FnMut(&str, u64, u64)) -> Self {
-        let pool = match threads {
-            0 => None,
-            _ => ThreadPoolBuilder::new().num_threads(threads).build().ok(),
-        };
-        Self { pool, progress }
+        Self { pool: ThreadPoolBuilder::new().num_threads(threads).build().ok(), progress }
     }
 
     /// Runs `work` once, on the threads.

@@ -49,7 +49,7 @@ const WORST: usize = 10;
 pub fn run(args: &MeshArgs, talk: &Talk) -> Result<(), Failure> {
     let start = Instant::now();
     let mut request = args.request()?;
-    super::threads::limit_threads(request.run.machine.thread_count());
+    septet_core::cores::limit(request.run.machine.thread_count());
     request.run.control.cancel = Some(talk.cancel.clone());
     for file in [Some(&args.domain), args.size_field.as_ref()].into_iter().flatten() {
         refuse_list(file, "a domain or a file of sizes is one file")?;

@@ -14,6 +14,7 @@ mod trace;
 use std::path::PathBuf;
 use std::time::Instant;
 
+use septet_core::cores::{limit, within};
 use septet_core::run::calls::perform_held;
 use septet_core::run::memory::{check_peak, peak_rss, rss};
 use septet_core::run::processes::HeldRows;
@@ -48,15 +49,27 @@ pub fn run_alone(goal: Goal<'_>, requested: Spec, talk: &Talk) -> Result<(), Fai
 /// Fails with the first failure of any process.
 pub fn run(
     goal: Goal<'_>,
-    (mut requested, threads): (Spec, Option<usize>),
+    (requested, threads): (Spec, Option<usize>),
+    team: &mut Team<'_>,
+    talk: &Talk,
+) -> Result<(), Failure> {
+    let spec = requested.clone().with(|c| {
+        c.machine.threads = c.machine.threads.or(threads);
+    });
+    let threads = spec.machine.thread_count();
+    limit(threads);
+    within(threads, None, || run_within(goal, (requested, spec), team, talk))
+        .unwrap_or_else(|_| Err(Failure::interrupted()))
+}
+
+/// Runs either subcommand on the threads of the call.
+fn run_within(
+    goal: Goal<'_>,
+    (mut requested, mut spec): (Spec, Spec),
     team: &mut Team<'_>,
     talk: &Talk,
 ) -> Result<(), Failure> {
     let (start, args) = (Instant::now(), goal.args());
-    let mut spec = requested.clone().with(|c| {
-        c.machine.threads = c.machine.threads.or(threads);
-    });
-    crate::threads::limit_threads(spec.machine.thread_count());
     let plan = Plan::of(goal, &spec, (team, talk));
     let plan = team.agree(plan)?;
     plan.check_outputs(team)?;

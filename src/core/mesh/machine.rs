@@ -299,7 +299,7 @@ impl<P: Point> MeshMachine<P> for CountedMachine {
     }
 }
 
-/// Maps with the threads of the global pool, for computations without a machine.
+/// Maps with the threads of the call, for computations without a machine.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct AllCores;
 

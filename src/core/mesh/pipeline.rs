@@ -13,6 +13,7 @@ use septet_meshing::input::Input;
 use septet_meshing::mesh::{Mesh, StageLine};
 use septet_meshing::quality::Quality;
 use septet_meshing::size::SizeFunction;
+use septet_workers::config::cores::within;
 use thiserror::Error;
 
 use super::run_log::RunLog;
@@ -163,8 +164,19 @@ pub fn make_of<P: Dimension>(
     P::make(domain, request, keep)
 }
 
-/// Computes sizes, mesh, conformity and quality, in this order.
+/// Runs [`made`] on the threads of the request.
 fn checked<P: Triangulate>(
+    domain: &Domain<P>,
+    request: &MeshSpec,
+    keep: MeshKeep,
+) -> Result<Made<P>, MakeError<P>> {
+    let (machine, cancel) = (&request.run.machine, request.run.control.cancel.clone());
+    let made = within(machine.thread_count(), cancel, || made(domain, request, keep));
+    made.unwrap_or_else(|stopped| Err(MeshError::Run(stopped.into()).into()))
+}
+
+/// Computes sizes, mesh, conformity and quality, in this order.
+fn made<P: Triangulate>(
     domain: &Domain<P>,
     request: &MeshSpec,
     keep: MeshKeep,

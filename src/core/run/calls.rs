@@ -3,6 +3,7 @@
 use septet_geometry::coordinates::{Coordinates, HigherSlice, PointSlice};
 use septet_geometry::point::Point;
 use septet_protocol::wire::Processes;
+use septet_workers::config::cores::within;
 
 use crate::error::{Error, SiteError};
 use crate::input::Whole;
@@ -104,31 +105,49 @@ pub fn perform_held(
     held: HeldRows<'_>,
     order: (&Spec, Task),
 ) -> Result<Option<Outcome>, Error> {
-    match &order.0.input.periodic {
+    on_threads(order.0, || match &order.0.input.periodic {
         Some(periodic) => run_shared(processes, held, periodic, order),
         None => run_held(processes, held, order),
-    }
+    })
 }
 
-/// Runs a task over points or sites in either dimension. It is compiled here, so that callers do not compile the machine.
-#[inline(never)]
+/// Runs a task over points or sites, on the threads of the specification.
 fn sized(points: PointSlice<'_>, sizes: &[f64], order: (&Spec, Task)) -> Result<Outcome, Error> {
+    on_threads(order.0, || machine_run(points, sizes, order))
+}
+
+/// Calls `f` with the threads and the flag of a specification.
+fn on_threads<T>(spec: &Spec, f: impl FnOnce() -> Result<T, Error>) -> Result<T, Error> {
+    within(spec.machine.thread_count(), spec.control.cancel.clone(), f)?
+}
+
+/// Runs a task over points or sites in any dimension. It is compiled here, so that callers do not compile the machine.
+#[inline(never)]
+fn machine_run(points: PointSlice<'_>, sizes: &[f64], order: (&Spec, Task)) -> Result<Outcome, Error> {
     if let Some(periodic) = &order.0.input.periodic {
         return run_periodic(points, periodic, order);
     }
     match points {
-        PointSlice::Plane(positions) => {
-            run(order, Whole { positions, sizes }.held(), &mut Hosts::Own(&mut started(order.0)))
-        }
-        PointSlice::Space(positions) => {
-            run(order, Whole { positions, sizes }.held(), &mut Hosts::Own(&mut started(order.0)))
-        }
-        PointSlice::WeightedPlane(positions) => {
-            run(order, Whole { positions, sizes }.held(), &mut Hosts::Own(&mut started(order.0)))
-        }
-        PointSlice::WeightedSpace(positions) => {
-            run(order, Whole { positions, sizes }.held(), &mut Hosts::Own(&mut started(order.0)))
-        }
+        PointSlice::Plane(positions) => run(
+            order,
+            Whole { positions, sizes }.held(),
+            &mut Hosts::Own(&mut started(order, positions.len())),
+        ),
+        PointSlice::Space(positions) => run(
+            order,
+            Whole { positions, sizes }.held(),
+            &mut Hosts::Own(&mut started(order, positions.len())),
+        ),
+        PointSlice::WeightedPlane(positions) => run(
+            order,
+            Whole { positions, sizes }.held(),
+            &mut Hosts::Own(&mut started(order, positions.len())),
+        ),
+        PointSlice::WeightedSpace(positions) => run(
+            order,
+            Whole { positions, sizes }.held(),
+            &mut Hosts::Own(&mut started(order, positions.len())),
+        ),
         PointSlice::Higher(points) => higher(points, sizes, order),
     }
 }
@@ -137,15 +156,21 @@ fn sized(points: PointSlice<'_>, sizes: &[f64], order: (&Spec, Task)) -> Result<
 #[cfg(feature = "dimensions")]
 fn higher(points: HigherSlice<'_>, sizes: &[f64], order: (&Spec, Task)) -> Result<Outcome, Error> {
     match points {
-        HigherSlice::Four(positions) => {
-            run(order, Whole { positions, sizes }.held(), &mut Hosts::Own(&mut started(order.0)))
-        }
-        HigherSlice::Five(positions) => {
-            run(order, Whole { positions, sizes }.held(), &mut Hosts::Own(&mut started(order.0)))
-        }
-        HigherSlice::Six(positions) => {
-            run(order, Whole { positions, sizes }.held(), &mut Hosts::Own(&mut started(order.0)))
-        }
+        HigherSlice::Four(positions) => run(
+            order,
+            Whole { positions, sizes }.held(),
+            &mut Hosts::Own(&mut started(order, positions.len())),
+        ),
+        HigherSlice::Five(positions) => run(
+            order,
+            Whole { positions, sizes }.held(),
+            &mut Hosts::Own(&mut started(order, positions.len())),
+        ),
+        HigherSlice::Six(positions) => run(
+            order,
+            Whole { positions, sizes }.held(),
+            &mut Hosts::Own(&mut started(order, positions.len())),
+        ),
     }
 }
 
@@ -164,5 +189,5 @@ pub fn run_on<P: Point>(
     order: (&Spec, Task),
     start: &mut Start<'_, P>,
 ) -> Result<Outcome, Error> {
-    certified(run(order, Whole::points(points).held(), &mut Hosts::Own(start))?)
+    on_threads(order.0, || certified(run(order, Whole::points(points).held(), &mut Hosts::Own(start))?))
 }

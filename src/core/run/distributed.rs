@@ -12,6 +12,7 @@ use septet_geometry::point::Point;
 use septet_geometry::site::Weighted;
 use septet_protocol::ids::Rank;
 use septet_protocol::transport::{Placement, ProcessTransport};
+use septet_workers::config::cores::within;
 use septet_workers::input::{Rows, Source};
 
 use crate::error::Error;
@@ -129,7 +130,8 @@ fn run_of_process<P: Point>(
     let workers = placement.workers_of(transport.process());
     let source = &OwnRows { points, first_id, workers };
     let held = Held { source, points, first: first_id, rows: points.len() as u64 };
-    certified(run(order, held, &mut Hosts::Team { transport, placement })?)
+    let (threads, cancel) = (order.0.machine.threads.unwrap_or(1), order.0.control.cancel.clone());
+    within(threads, cancel, || certified(run(order, held, &mut Hosts::Team { transport, placement })?))?
 }
 
 /// Returns the number of workers of this number of processes: by default, one for each.

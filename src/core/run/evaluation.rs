@@ -20,7 +20,7 @@ use crate::run::Hosts;
 use crate::run::finish::unbalanced;
 use crate::run::hosts::{Order, started};
 use crate::run::settings::machine;
-use crate::spec::{MOST_WORKERS, Spec, SpecError, Task, Workers, cores};
+use crate::spec::{MOST_WORKERS, Spec, SpecError, Task, Workers};
 
 /// The result of a run.
 pub(crate) struct EvaluationRun {
@@ -65,7 +65,8 @@ pub(crate) fn evaluate<P: Point>(
         threads: spec.machine.threads.unwrap_or(1),
     };
     let input = Held { source: &Ruled(rule), points: &[], first: 0, rows: 0 };
-    let returned = Hosts::<P>::Own(&mut started(spec)).run(&order, input)?.returned;
+    let returned =
+        Hosts::<P>::Own(&mut started((spec, Task::Independent { fixed: 0 }), 0)).run(&order, input)?.returned;
     let part = merged_ledger(returned.shares.iter().map(|share| &share.ledger.part), config.fault);
     if part.balance != 0 {
         return Err(unbalanced());
@@ -87,7 +88,7 @@ fn parameters<P: Point>(spec: &Spec, phase: Phase) -> Result<WorkerConfig, Error
     spec.check()?;
     let workers = match spec.machine.workers {
         Workers::Count(workers) => workers,
-        Workers::Auto => cores() as u32,
+        Workers::Auto => spec.machine.thread_count() as u32,
         Workers::Leaves => 1,
     };
     if workers > MOST_WORKERS {

@@ -7,23 +7,32 @@ use septet_protocol::ids::COORDINATOR;
 use septet_protocol::transport::{HostState, Placement, ProcessTransport, TransportError};
 use septet_workers::config::WorkerConfig;
 use septet_workers::transport::process::OneProcess;
-use septet_workers::transport::{Machine, machine};
+use septet_workers::transport::{Machine, TransportKind, machine};
 
 use crate::coordinator::{Coordinator, Plan, Returned};
 use crate::error::{Error, incomplete};
 use crate::input::Held;
-use crate::spec::{Control, Spec, SpecError};
+use crate::spec::{Control, Spec, SpecError, Task};
 
 /// A function that returns a machine for these parameters, for [`crate::run_on`].
 ///
 /// With [`crate::spec::Workers::Leaves`] it is called twice: the first machine grows the tree to count the leaves.
 pub type Start<'a, P> = dyn FnMut(&Arc<WorkerConfig>) -> Box<dyn Machine<P>> + 'a;
 
-/// Returns a function that returns machines with the transport of the specification.
+/// The largest number of points that `triangulate` handles on the thread of its caller unless the caller sets the number of
+/// threads. It takes less time for them than threads take to start and to wait for each other in every round.
+const FEW: usize = 4096;
+
+/// Returns a function that returns machines with the transport of the specification, for this number of points.
 pub(crate) fn started<P: Point>(
-    spec: &Spec,
+    (spec, task): (&Spec, Task),
+    points: usize,
 ) -> impl FnMut(&Arc<WorkerConfig>) -> Box<dyn Machine<P>> + use<P> {
-    let kind = spec.machine.transport_kind();
+    let is_small = task == Task::Triangulate && points <= FEW && spec.machine.threads.is_none();
+    let kind = match spec.machine.transport_kind() {
+        TransportKind::Channel { .. } if is_small => TransportKind::Channel { threads: 1 },
+        kind => kind,
+    };
     move |_| machine::<P>(kind)
 }
 

@@ -19,7 +19,7 @@ use crate::run::auto_workers::auto_workers;
 use crate::run::memory;
 use crate::spec::{
     Alpha, Constants, Fault, Graph, MOST_WORKERS, Neighbours, Partition, Purpose, Registers, Spec, SpecError,
-    Task, TreeConstants, Until, Words, Workers, alpha_of_spacing, cores,
+    Task, TreeConstants, Until, Words, Workers, alpha_of_spacing,
 };
 
 /// Checks the specification, the numbers of the rows and the forecast of memory. `is_team` is set if several processes may
@@ -107,10 +107,11 @@ impl<'a> Settings<'a> {
         };
         let mut machine = machine::<P>(spec, task, wanted);
         machine.shown.with_places = workers.is_some();
+        let threads = spec.machine.thread_count() as u32;
         machine.workers = match (workers, spec.machine.workers) {
             (Some(workers), _) | (None, Workers::Count(workers)) => workers,
-            (None, Workers::Auto) if task == Task::Triangulate => auto_workers(input.points, cores() as u32),
-            (None, Workers::Auto) => cores() as u32,
+            (None, Workers::Auto) if task == Task::Triangulate => auto_workers(input.points, threads),
+            (None, Workers::Auto) => threads,
             (None, Workers::Leaves) => 1,
         };
         Settings { spec, task, machine, why, plan: Plan::new(), planning: None }

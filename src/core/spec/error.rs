@@ -193,6 +193,9 @@ impl SpecError {
             }
             Self::SmallerSide { .. } => Remedy::of("use {separator-sets=both} or {separator-sets=ghost}"),
             Self::Dimensions { .. } => Remedy::of("build septet with the feature `dimensions`"),
+            Self::OnlySpace { .. } => {
+                Remedy::of("use `triangulate`, `simulate` or `verify`, or give points of 2 or 3 coordinates")
+            }
             Self::Uncorrected { .. } => Remedy::of("use `simulate`, or omit {neighbours}"),
             Self::TriesOfBaseline { .. } => Remedy::of("omit {tries} or {partition}"),
             Self::NotDistributed { option, .. } => {
@@ -203,7 +206,6 @@ impl SpecError {
             | Self::LogFactor { .. }
             | Self::OverlapLog { .. }
             | Self::Value { .. }
-            | Self::OnlySpace { .. }
             | Self::Weighted => return None,
         })
     }

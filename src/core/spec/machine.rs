@@ -2,6 +2,7 @@
 
 use std::fmt;
 
+pub use septet_workers::config::cores::cores;
 use septet_workers::transport::TransportKind;
 
 use crate::spec::SpecError;
@@ -13,8 +14,8 @@ pub const DEFAULT_SEED: u64 = 1;
 /// The number of workers.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Workers {
-    /// At most one for each core. `triangulate` takes fewer if the points are few, or if many circumballs are large, because
-    /// more workers would then do more work and not end sooner. Other runs take one for each core.
+    /// At most one for each thread. `triangulate` takes fewer if the points are few, or if many circumballs are large, because
+    /// more workers would then do more work and not end sooner. Other runs take one for each thread.
     Auto,
     /// A fixed number, at least one. It is independent of the number of cores.
     Count(u32),
@@ -172,11 +173,6 @@ pub struct Machine {
     pub run: Option<u64>,
     /// The most memory that this process may use, in bytes. A run that needs more stops.
     pub max_memory: Option<u64>,
-}
-
-/// Returns the number of cores that this process may use.
-pub fn cores() -> usize {
-    std::thread::available_parallelism().map_or(1, std::num::NonZero::get)
 }
 
 impl Default for Machine {

@@ -37,6 +37,8 @@ pub(super) struct Fields {
     pub stride: usize,
     /// The coordinates and then the weights, as many as the layout has columns.
     pub of: [Field; 4],
+    /// The number of other fields.
+    pub ignored: usize,
 }
 
 /// A number in a row.
@@ -170,6 +172,9 @@ impl Layout {
         }
         if self.surplus > 0 {
             notes.push(format!("{} bytes after the array are ignored", self.surplus));
+        }
+        if let Some(Fields { ignored: ignored @ 1.., .. }) = self.fields {
+            notes.push(format!("{ignored} further fields of each row are ignored"));
         }
         notes
     }

@@ -75,7 +75,7 @@ impl<'a> Before<'a> {
                     (false, false) => None,
                 };
                 if let Some((count, line)) = announced.filter(|_| is_row) {
-                    self.announced = Some(Announced { line, count });
+                    self.announced = Some(Announced { line, count, dimension: Some(width) });
                     self.counted = second.number;
                 }
                 Doubt::None
@@ -97,7 +97,7 @@ impl<'a> Before<'a> {
             return Doubt::None;
         }
         if rest.len() + 1 != width {
-            self.announced = Some(Announced { line, count });
+            self.announced = Some(Announced { line, count, dimension: Some(width as u64) });
             self.counted = line;
             return Doubt::None;
         }
@@ -115,7 +115,8 @@ impl<'a> Before<'a> {
         let mut lines = DataLines(Lines::new(self.source.data));
         let Some(first) = lines.next() else { return };
         if lines.take(count as usize + 1).count() as u64 == count {
-            self.announced = Some(Announced { line: first.number, count });
+            let dimension = whole_numbers(first).0.get(1).copied();
+            self.announced = Some(Announced { line: first.number, count, dimension });
             self.counted = first.number;
         }
     }
@@ -195,7 +196,7 @@ impl<'a> Before<'a> {
             return false;
         }
         let count = integer(row.fields[0]).and_then(|n| u64::try_from(n).ok());
-        self.announced = count.map(|count| Announced { line: line.number, count });
+        self.announced = count.map(|count| Announced { line: line.number, count, dimension: None });
         self.other.counts += u64::from(count.is_some());
         count.is_some()
     }
@@ -232,7 +233,10 @@ impl<'a> Before<'a> {
         if is_text && lacks_names && self.options.columns.is_none() {
             return Err(source.bad_line(&row.line, "a row of numbers"));
         }
-        let stated = Stated { header: header.as_ref(), has_count: self.announced.is_some() };
+        let stated = Stated {
+            header: header.as_ref(),
+            stated_dimension: self.announced.map(|announced| announced.dimension),
+        };
         let selection = Selection::of(source, stated, rows, self.options).or_else(|error| {
             refuse_decimal_commas(source, row)?;
             Err(error)

@@ -22,10 +22,10 @@ impl Chemistry {
     /// Recognises a chemical file by its first lines.
     ///
     /// If the second line has as many numbers as the third line has words, it is a point, and the file is a table
-    /// with a count. The first word of an atom is a text, or a whole number from 1 to 118. A file with chosen columns is a
-    /// table.
+    /// with a count. If it is that number of words, it is the dimension of a table. The first word of an atom is a text, or a
+    /// whole number from 1 to 118. A file with chosen columns, or of a dimension above 3, is a table.
     pub fn of(source: Source<'_>, options: &ReadOptions) -> Option<Self> {
-        if options.columns.is_some() {
+        if options.columns.is_some() || options.dimension.is_some_and(|dimension| dimension > 3) {
             return None;
         }
         let mut lines = Lines::new(source.data);
@@ -48,7 +48,10 @@ impl Chemistry {
         let is_atom = width >= file.before + 3
             && file.coordinates(&atom).all(|w| number(w).is_some())
             && (before.is_some() || atom.words().next().is_some_and(is_element));
-        (is_atom && !is_point).then_some(file)
+        let is_dimension = comment.is_some_and(|line| {
+            line.words().count() == 1 && line.words().next().and_then(integer) == Some(width as i64)
+        });
+        (is_atom && !is_point && !is_dimension).then_some(file)
     }
 
     fn coordinates<'a>(&self, atom: &Line<'a>) -> std::iter::Take<std::iter::Skip<Words<'a>>> {

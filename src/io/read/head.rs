@@ -16,6 +16,8 @@ pub(super) struct Announced {
     pub line: u64,
     /// The number.
     pub count: u64,
+    /// The dimension that the lines state, if they do.
+    pub dimension: Option<u64>,
 }
 
 /// The first row of a table, and the columns that this row and the lines before it select.

@@ -161,8 +161,8 @@ pub(super) struct Kept {
 #[derive(Clone, Copy)]
 pub(super) struct Stated<'a> {
     pub header: Option<&'a Header>,
-    /// Whether the file begins with the number of its points.
-    pub has_count: bool,
+    /// If the file begins with the number of its points, the dimension that it states beside the number.
+    pub stated_dimension: Option<Option<u64>>,
 }
 
 impl Selection {
@@ -183,7 +183,7 @@ impl Selection {
                 let (axes, note) = chooser.named(header)?;
                 (axes, Some(note))
             }
-            (None, None) => (chooser.first(stated.has_count)?, None),
+            (None, None) => (chooser.first(stated.stated_dimension)?, None),
         };
         chooser.check_weight(&axes)?;
         let positional = options.columns.is_none() && header.is_none();
@@ -364,13 +364,14 @@ impl Chooser<'_> {
         Ok((axes, format!("line {line} is taken as a header row: coordinates are {taken}")))
     }
 
-    /// Returns the first columns, which have no names.
-    fn first(&self, has_count: bool) -> Result<Vec<usize>, InputError> {
+    /// Returns the first columns, which have no names. After a number of points, further columns are values of the points,
+    /// unless the dimension beside the number counts them.
+    fn first(&self, stated: Option<Option<u64>>) -> Result<Vec<usize>, InputError> {
         let is_free = |i: &usize| self.weight != Some(*i);
         let is_number = |i: &usize| self.rows[0].number(self.row[*i]).is_some();
         let numbers = (0..self.row.len()).filter(|i| is_free(i) && is_number(i)).count();
         let is_chosen = self.options.dimension.is_some() && !self.options.terrain;
-        if numbers > 3 && !is_chosen && !has_count {
+        if numbers > 3 && !is_chosen && !stated.is_some_and(|dimension| dimension.is_none_or(|d| d <= 3)) {
             let besides = if self.weight.is_some() { " besides the weights" } else { "" };
             return Err(self.error(format!("{numbers} columns of numbers{besides} without a header row")));
         }

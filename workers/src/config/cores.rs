@@ -1,14 +1,24 @@
-//! Parallel loops, whose bodies are compiled once.
+//! Parallel loops, whose bodies are compiled once, and the place where they run.
 //!
 //! A caller's function is called through a pointer, once for each block of items. The results are in the order of the
 //! items, so they do not depend on the number of threads. A generic loop would instantiate the scheduler of rayon for each
 //! caller and each kind of point.
+//!
+//! A loop runs in the pool of its thread, if the thread belongs to one. Otherwise it runs in the pool of the call that
+//! [`within`] opened, or in a pool of its own. No loop runs in the global pool of rayon, whose threads a forked process does
+//! not have. A pool starts with the first loop that has work for two threads.
 
+use std::any::Any;
+use std::cell::{OnceCell, RefCell};
 use std::ops::Range;
+use std::panic::{AssertUnwindSafe, catch_unwind, resume_unwind};
+use std::rc::Rc;
+use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
 use std::sync::{Arc, Mutex, PoisonError};
 
-use rayon::ThreadPool;
 use rayon::prelude::*;
+use rayon::{ThreadPool, ThreadPoolBuilder};
+use thiserror::Error;
 
 /// The cores that belong to one worker, if it has more than one.
 pub type Pool = Option<Arc<ThreadPool>>;
@@ -16,12 +26,149 @@ pub type Pool = Option<Arc<ThreadPool>>;
 /// The largest number of blocks into which [`map`] divides a list. Items of shorter lists are blocks of their own.
 const MOST_BLOCKS: usize = 1024;
 
+/// The largest number of words that [`sort_rows`] sorts on one thread.
+const FEW_WORDS: usize = 1 << 14;
+
 /// Calls a function with every number below a count, in any order.
 type Each<'a> = &'a dyn Fn(usize, &(dyn Fn(usize) + Sync));
 
-/// Calls `f` with every number below `count`, on the threads of the current pool and in any order.
+/// A flag that ends the loops of a call.
+type Flag = Option<Arc<AtomicBool>>;
+
+/// The caller of [`within`] ended it.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Error)]
+#[error("interrupted")]
+pub struct Stopped;
+
+/// The threads of a call.
+struct Place {
+    threads: usize,
+    flag: Flag,
+    /// The pool, once a loop needs it. `None` if it cannot start: loops then run on the caller's thread.
+    pool: OnceCell<Option<ThreadPool>>,
+}
+
+thread_local! {
+    static PLACE: RefCell<Option<Rc<Place>>> = const { RefCell::new(None) };
+    static FLAG: RefCell<Flag> = const { RefCell::new(None) };
+}
+
+impl Place {
+    fn new(threads: usize, flag: Flag) -> Self {
+        Place { threads, flag, pool: OnceCell::new() }
+    }
+
+    /// Returns the place of this thread: that of the call, or a new one.
+    fn current() -> Rc<Self> {
+        let given = PLACE.with_borrow(Clone::clone);
+        given.unwrap_or_else(|| Rc::new(Place::new(outside(), None)))
+    }
+
+    /// Returns the pool, or `None` if the call has one thread.
+    fn pool(&self) -> Option<&ThreadPool> {
+        if self.threads < 2 {
+            return None;
+        }
+        let start = || {
+            let flag = self.flag.clone();
+            let listener = tracing::dispatcher::get_default(Clone::clone);
+            let builder = ThreadPoolBuilder::new().num_threads(self.threads).spawn_handler(move |thread| {
+                let (flag, listener) = (flag.clone(), listener.clone());
+                let run = move || {
+                    FLAG.set(flag);
+                    tracing::dispatcher::with_default(&listener, || thread.run());
+                };
+                std::thread::Builder::new().spawn(run).map(drop)
+            });
+            builder.build().ok()
+        };
+        self.pool.get_or_init(start).as_ref()
+    }
+}
+
+/// The number of threads of loops outside of calls; 0 for the number of cores.
+static LIMIT: AtomicUsize = AtomicUsize::new(0);
+
+/// Sets the number of threads of loops that no [`within`] surrounds, on every thread of the process.
+pub fn limit(threads: usize) {
+    LIMIT.store(threads, Ordering::Relaxed);
+}
+
+/// Returns the number of threads of loops that no [`within`] surrounds.
+fn outside() -> usize {
+    match LIMIT.load(Ordering::Relaxed) {
+        0 => cores(),
+        threads => threads,
+    }
+}
+
+/// Restores the place of a thread at the end of a call.
+struct Restore(Option<Rc<Place>>, Flag);
+
+impl Drop for Restore {
+    fn drop(&mut self) {
+        PLACE.set(self.0.take());
+        FLAG.set(self.1.take());
+    }
+}
+
+/// Calls `f` on this thread. The parallel loops of `f` run on `threads` threads, and end between two blocks once `flag` is set.
+/// With one thread, they run on this one. Without a flag, that of the surrounding call holds.
+///
+/// # Errors
+/// Returns [`Stopped`] if a loop found the flag set.
+///
+/// # Panics
+/// If `f` panics.
+pub fn within<T>(threads: usize, flag: Option<Arc<AtomicBool>>, f: impl FnOnce() -> T) -> Result<T, Stopped> {
+    let flag = flag.or_else(|| FLAG.with_borrow(Clone::clone));
+    let place = Rc::new(Place::new(threads, flag.clone()));
+    let _restore = Restore(PLACE.replace(Some(place)), FLAG.replace(flag));
+    catch_unwind(AssertUnwindSafe(f)).map_err(stopped)
+}
+
+fn stopped(payload: Box<dyn Any + Send>) -> Stopped {
+    payload.downcast::<Stopped>().map_or_else(|other| resume_unwind(other), |stopped| *stopped)
+}
+
+/// Ends the call by unwinding if its flag is set.
+fn check() {
+    if FLAG.with_borrow(|flag| flag.as_ref().is_some_and(|flag| flag.load(Ordering::Relaxed))) {
+        resume_unwind(Box::new(Stopped));
+    }
+}
+
+/// Returns the number of cores that this process may use.
+pub fn cores() -> usize {
+    std::thread::available_parallelism().map_or(1, std::num::NonZero::get)
+}
+
+/// Calls `f` in a pool: that of this thread, or that of its place. Without one, calls `alone`.
+fn pooled<A, T: Send>(state: A, f: impl FnOnce(A) -> T + Send, alone: impl FnOnce(A) -> T) -> T
+where
+    A: Send,
+{
+    if rayon::current_thread_index().is_some() {
+        return f(state);
+    }
+    let place = Place::current();
+    match place.pool() {
+        Some(pool) => pool.install(|| f(state)),
+        None => alone(state),
+    }
+}
+
+/// Calls `f` with every number below `count`, in any order.
 pub fn each(count: usize, f: &(dyn Fn(usize) + Sync)) {
-    (0..count).into_par_iter().for_each(f);
+    let f = &|at| {
+        check();
+        f(at);
+    };
+    let alone = |()| (0..count).for_each(f);
+    if count < 2 {
+        return alone(());
+    }
+    pooled((), |()| (0..count).into_par_iter().for_each(f), alone);
 }
 
 /// Calls `f` with every number below `count`, on the threads of a pool.
@@ -82,28 +229,40 @@ pub fn each_item<T: Send>(items: Vec<T>, f: impl Fn(T) + Sync) {
     });
 }
 
-/// Returns the number of threads of the current pool.
+/// Returns the number of threads of loops on this thread.
 pub fn threads() -> usize {
-    rayon::current_num_threads()
+    if rayon::current_thread_index().is_some() {
+        rayon::current_num_threads()
+    } else {
+        PLACE.with_borrow(|place| place.as_ref().map_or_else(outside, |place| place.threads))
+    }
 }
 
-/// Sorts rows of `width` numbers, from 1 to 8, lexicographically. Numbers beyond the last whole row stay in place.
+/// Sorts rows of `width` numbers, from 1 to 9, lexicographically. Numbers beyond the last whole row stay in place.
 ///
 /// # Panics
-/// If the width is not between 1 and 8.
+/// If the width is not between 1 and 9.
 pub fn sort_rows(numbers: &mut [u64], width: usize) {
     match width {
-        1 => numbers.par_sort_unstable(),
-        2 => numbers.as_chunks_mut::<2>().0.par_sort_unstable(),
-        3 => numbers.as_chunks_mut::<3>().0.par_sort_unstable(),
-        4 => numbers.as_chunks_mut::<4>().0.par_sort_unstable(),
-        5 => numbers.as_chunks_mut::<5>().0.par_sort_unstable(),
-        6 => numbers.as_chunks_mut::<6>().0.par_sort_unstable(),
-        7 => numbers.as_chunks_mut::<7>().0.par_sort_unstable(),
-        8 => numbers.as_chunks_mut::<8>().0.par_sort_unstable(),
-        9 => numbers.as_chunks_mut::<9>().0.par_sort_unstable(),
+        1 => sort(numbers),
+        2 => sort(numbers.as_chunks_mut::<2>().0),
+        3 => sort(numbers.as_chunks_mut::<3>().0),
+        4 => sort(numbers.as_chunks_mut::<4>().0),
+        5 => sort(numbers.as_chunks_mut::<5>().0),
+        6 => sort(numbers.as_chunks_mut::<6>().0),
+        7 => sort(numbers.as_chunks_mut::<7>().0),
+        8 => sort(numbers.as_chunks_mut::<8>().0),
+        9 => sort(numbers.as_chunks_mut::<9>().0),
         _ => panic!("rows of {width} numbers"),
     }
+}
+
+fn sort<T: Ord + Send>(items: &mut [T]) {
+    check();
+    if size_of_val(items) / size_of::<u64>() <= FEW_WORDS {
+        return items.sort_unstable();
+    }
+    pooled(items, <[T]>::par_sort_unstable, <[T]>::sort_unstable);
 }
 
 #[cfg(test)]
@@ -132,10 +291,60 @@ mod tests {
         }
     }
 
+    /// Which threads run the loops of a call, if every block waits until two threads have come or a second has passed.
+    fn threads_of(threads: usize) -> usize {
+        let names = Mutex::new(std::collections::BTreeSet::new());
+        let came = || names.lock().unwrap().len();
+        let run = || {
+            each(16, &|_| {
+                names.lock().unwrap().insert(format!("{:?}", std::thread::current().id()));
+                for _ in 0..1000 {
+                    if came() > 1 || threads == 1 {
+                        break;
+                    }
+                    std::thread::sleep(std::time::Duration::from_millis(1));
+                }
+            });
+        };
+        within(threads, None, run).unwrap();
+        came()
+    }
+
+    #[test]
+    fn loops_run_on_the_threads_of_their_call() {
+        assert_eq!(threads_of(1), 1);
+        assert!((2..=3).contains(&threads_of(3)));
+        assert_eq!(within(5, None, threads), Ok(5));
+        assert_eq!(within(5, None, || within(2, None, threads)), Ok(Ok(2)));
+        assert_eq!(threads(), cores());
+    }
+
+    #[test]
+    fn a_flag_ends_the_loops_of_its_call() {
+        for threads in [1, 3] {
+            let flag = Arc::new(AtomicBool::new(false));
+            let run =
+                || each(1000, &|at| flag.store(at == 7 || flag.load(Ordering::Relaxed), Ordering::Relaxed));
+            assert_eq!(within(threads, Some(flag.clone()), run), Err(Stopped));
+            assert_eq!(within(threads, Some(flag.clone()), || sort_rows(&mut [2, 1], 1)), Err(Stopped));
+            // The flag is that of the call, and not of the thread.
+            each(2, &|_| {});
+            let inner = || within(1, None, || each(2, &|_| {}));
+            assert_eq!((inner(), within(threads, Some(flag), inner)), (Ok(()), Ok(Err(Stopped))));
+        }
+    }
+
+    #[test]
+    fn a_panic_leaves_the_call() {
+        let panicked = catch_unwind(|| within(2, None, || each(2, &|at| assert!(at < 1))));
+        assert!(panicked.is_err());
+        assert_eq!(threads(), cores());
+    }
+
     #[test]
     fn rows_are_sorted_by_all_their_numbers() {
-        for width in 1..=7 {
-            let mut numbers: Vec<u64> = (0..60 * width as u64).map(|i| i * 7919 % 4).collect();
+        for (width, rows) in (1..=9).flat_map(|width| [(width, 60), (width, 20_000)]) {
+            let mut numbers: Vec<u64> = (0..rows * width as u64).map(|i| i * 7919 % 4).collect();
             let mut expected: Vec<Vec<u64>> = numbers.chunks(width).map(<[u64]>::to_vec).collect();
             expected.sort();
             sort_rows(&mut numbers, width);

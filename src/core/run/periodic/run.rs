@@ -146,8 +146,12 @@ fn run_images<P: Position>(
 ) -> Result<Option<Outcome>, Error> {
     let sites = &images.sites;
     let Some(placement) = team.placement else {
-        return run_once(order, Whole::points(sites).held(), &mut Hosts::Own(&mut started(order.0)))
-            .map(Some);
+        return run_once(
+            order,
+            Whole::points(sites).held(),
+            &mut Hosts::Own(&mut started(order, sites.len())),
+        )
+        .map(Some);
     };
     let process = team.processes.process();
     if process >= placement.processes() {

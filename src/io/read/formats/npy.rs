@@ -184,7 +184,7 @@ fn structured(
 ) -> Result<(Fields, usize), InputError> {
     let mut names: Vec<String> = Vec::new();
     let mut all: Vec<Field> = Vec::new();
-    let mut stride = 0_usize;
+    let (mut stride, mut count) = (0_usize, 0);
     let place = Place::Byte(offset as u64);
     let refused = |what: String| {
         let advice =
@@ -208,6 +208,7 @@ fn structured(
             all.push(Field { offset: stride, scalar, endian });
         }
         stride = stride.saturating_add(size);
+        count += 1;
         rest = after.trim_start().trim_start_matches(',').trim_start();
     }
     if !rest.starts_with(']') {
@@ -225,7 +226,8 @@ fn structured(
     let mut of = [all[axes[0]]; 4];
     let chosen = axes.iter().copied().chain(weight);
     of.iter_mut().zip(chosen).for_each(|(field, axis)| *field = all[axis]);
-    Ok((Fields { stride, of }, axes.len() + usize::from(weight.is_some())))
+    let columns = axes.len() + usize::from(weight.is_some());
+    Ok((Fields { stride, of, ignored: count - columns }, columns))
 }
 
 /// Returns the position of the field of weights among numeric fields with these names in lower case, or the problem.

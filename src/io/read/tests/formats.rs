@@ -111,6 +111,7 @@ fn structured_arrays() {
                 'fortran_order': False, 'shape': (4,), }";
     let file = good("a.npy", npy(head, &data));
     assert_eq!((space(&file), file.coordinate_type), (WANT.to_vec(), Some(CoordinateType::Float64)));
+    assert!(noted(&file.notes, "2 further fields"), "{:?}", file.notes);
     let narrow = "{'descr': [('x', '<f4'), ('y', '<f8')], 'fortran_order': False, 'shape': (1,), }";
     for (head, kind) in
         [(narrow.to_owned(), CoordinateType::Float64), (narrow.replace("f8", "f4"), CoordinateType::Float32)]

@@ -139,6 +139,17 @@ fn a_leading_count_is_checked() {
     let file = good("a.pts", "2\n1 2 3\n4 5 6\n");
     assert_eq!(space(&file), [[1.0, 2.0, 3.0], [4.0, 5.0, 6.0]]);
     assert!(noted(&file.notes, "number of points"));
+    // Further columns are values, unless the file states its dimension.
+    assert_eq!(good("a.pts", "1\n1 2 3 90\n").points.dimension(), 3);
+    for text in [
+        "4 rbox\n2\n1 2 3 0.5\n5 6 7 0.5\n",
+        "2\n4\n1 2 3 0.5\n5 6 7 0.5\n",
+        "3 4 0\n1 2 3 0.5\n5 6 7 0.5\n1 1 1 0.5\n",
+    ] {
+        assert!(matches!(bad("a.pts", text), InputError::Columns { .. }), "{text}");
+        let stated = ReadOptions { dimension: Some(4), ..PLAIN };
+        assert_eq!(good_with("a.pts", text, &stated).points.dimension(), 4, "{text}");
+    }
     // Intensity and colours. The second line is a point and not the comment of a chemical file.
     let scan = "3\n1 2 3 9 255 0 0\n4 5 6 9 255 0 0\n7 8 9 9 255 0 0\n";
     assert_eq!(space(&good("a.pts", scan)), [[1.0, 2.0, 3.0], [4.0, 5.0, 6.0], [7.0, 8.0, 9.0]]);

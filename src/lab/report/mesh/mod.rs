@@ -31,7 +31,7 @@ use histogram::HistogramReport;
 use septet_core::mesh::MeshSpec;
 use septet_core::mesh::run_log::RunLog;
 use septet_core::mesh::view::MeshPicture;
-use septet_core::spec::{Words, Workers, cores};
+use septet_core::spec::{Words, Workers};
 
 /// Name and version of the schema.
 pub const MESH_SCHEMA: &str = "septet-mesh/2";
@@ -161,7 +161,7 @@ fn parameters(kind: DomainKind, request: &MeshSpec, context: &MeshContext<'_>) -
 fn settled(request: &MeshSpec) -> MeshSettled {
     let machine = &request.run.machine;
     let workers = match machine.workers {
-        Workers::Auto => Some(cores() as u32),
+        Workers::Auto => Some(machine.thread_count() as u32),
         Workers::Count(workers) => Some(workers),
         Workers::Leaves => None,
     };

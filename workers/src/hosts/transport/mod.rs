@@ -1,5 +1,7 @@
 //! Machines: hosts in threads over channels, one host on the thread of the caller, or processes that each call the library.
 
+mod alone;
+
 mod channel;
 
 mod frames;
@@ -56,7 +58,7 @@ impl<P: Point, T: Transport<P>> Machine<P> for OneHost<T> {
 /// A kind of machine.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum TransportKind {
-    /// Hosts in threads, every message through a channel.
+    /// Hosts in threads, every message through a channel. A single thread is that of the caller, and needs no channels.
     Channel {
         /// Threads that run workers.
         threads: usize,
@@ -72,6 +74,7 @@ pub enum TransportKind {
 /// Returns a machine of a kind.
 pub fn machine<P: Point>(kind: TransportKind) -> Box<dyn Machine<P>> {
     match kind {
+        TransportKind::Channel { threads: 0 | 1 } => Box::new(OneHost(alone::Alone)),
         TransportKind::Channel { threads } => Box::new(channel::Channels::new(threads)),
         TransportKind::Sim { delivery_seed } => Box::new(OneHost(sim::Sim::<P>::new(delivery_seed))),
     }
