@@ -96,7 +96,8 @@ fn edges_and_radii_fit_cells<P: Dimension + Coordinates>() {
     }
     let (regions, on_hull) = (t.voronoi_regions().unwrap(), t.hull());
     for v in 0..points.len() as u32 {
-        let around = (0u32..).zip(t.cells()).filter(|(_, row)| row.as_ref().contains(&v)).map(|(cell, _)| cell);
+        let around =
+            (0u32..).zip(t.cells()).filter(|(_, row)| row.as_ref().contains(&v)).map(|(cell, _)| cell);
         let is_open = on_hull.iter().any(|facet| facet.as_ref().contains(&v));
         let expected: Vec<u32> = is_open.then_some(NONE).into_iter().chain(around).collect();
         assert_eq!(regions.row(v as usize), expected);

@@ -1,6 +1,5 @@
 //! Triangulations from rows, and planted faults in them.
 
-
 use super::*;
 use crate::{QueryError, RowFault};
 
@@ -17,7 +16,10 @@ fn rows_restore_a_triangulation<P: Dimension + Coordinates>() {
         assert_eq!((again.duplicates(), again.dimension()), (t.duplicates(), t.dimension()));
         assert_eq!((again.vertex_cells(), again.points()), (t.vertex_cells(), t.points()));
         let queries = draw.uniform::<P>(50);
-        assert_eq!((again.locate(&queries), again.nearest(&queries)), (t.locate(&queries), t.nearest(&queries)));
+        assert_eq!(
+            (again.locate(&queries), again.nearest(&queries)),
+            (t.locate(&queries), t.nearest(&queries))
+        );
     }
 }
 both!(rows_restore_triangles, rows_restore_tetrahedra, rows_restore_a_triangulation);
@@ -57,7 +59,10 @@ fn faults_are_found<P: Dimension + Coordinates>() {
     }
     // Other points under the same cells.
     let others = draw.uniform::<P>(80);
-    assert!(matches!(fault(&others, &cells), RowFault::Orientation | RowFault::NotDelaunay | RowFault::Facet));
+    assert!(matches!(
+        fault(&others, &cells),
+        RowFault::Orientation | RowFault::NotDelaunay | RowFault::Facet
+    ));
     // A new point without a cell, and a coincident one.
     let mut more = points.clone();
     more.push(P::splat(0.5));
