@@ -14,16 +14,16 @@ use super::names::{of_role, raw_rows, with_formats};
 
 /// The options of a run that a command has, as given. `COMMAND` are the bits of [`Commands`].
 #[derive(Clone, Debug)]
-pub struct Given<const COMMAND: u8>(Options<Spec>);
+pub struct Given<const COMMAND: u16>(Options<Spec>);
 
-impl<const COMMAND: u8> Given<COMMAND> {
+impl<const COMMAND: u16> Given<COMMAND> {
     /// Returns the options.
     pub fn options(&self) -> &Options<Spec> {
         &self.0
     }
 }
 
-impl<const COMMAND: u8> Args for Given<COMMAND> {
+impl<const COMMAND: u16> Args for Given<COMMAND> {
     fn augment_args(command: Command) -> Command {
         let of = Commands::of_bits(COMMAND);
         arguments(command, OPTIONS, of)
@@ -34,7 +34,7 @@ impl<const COMMAND: u8> Args for Given<COMMAND> {
     }
 }
 
-impl<const COMMAND: u8> FromArgMatches for Given<COMMAND> {
+impl<const COMMAND: u16> FromArgMatches for Given<COMMAND> {
     fn from_arg_matches(matches: &ArgMatches) -> Result<Self, clap::Error> {
         Ok(Given(Options::of(matches, options_of(Commands::of_bits(COMMAND)))))
     }

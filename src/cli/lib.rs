@@ -41,6 +41,7 @@ mod summary;
 mod text;
 mod verify;
 mod verify_box;
+mod voronoi;
 mod weights;
 
 use std::any::Any;
@@ -125,7 +126,7 @@ enum Command {
     /// Interpolate values of points at queries.
     Interpolate(queries::InterpolateArgs),
     /// Measure the Voronoi cells of points in a box.
-    Voronoi(queries::VoronoiArgs),
+    Voronoi(voronoi::VoronoiArgs),
     /// Write the alpha shape of points.
     Alpha(queries::AlphaArgs),
     /// Generate a point set.
@@ -313,7 +314,7 @@ fn run(command: Command, talk: &Talk) -> Result<(), Failure> {
         Command::Verify(args) => logged(talk, || verify::run(&args, talk)),
         Command::Locate(args) => logged(talk, || queries::locate(&args, talk)),
         Command::Interpolate(args) => logged(talk, || queries::interpolate(&args, talk)),
-        Command::Voronoi(args) => logged(talk, || queries::voronoi(&args, talk)),
+        Command::Voronoi(args) => logged(talk, || voronoi::voronoi(&args, talk)),
         Command::Alpha(args) => logged(talk, || queries::alpha(&args, talk)),
         Command::Predict(args) => logged(talk, || predict::run(&args, talk)),
         Command::Report(args) => logged(talk, || report::run(&args, talk)),

@@ -1,15 +1,14 @@
-//! `septet locate`, `interpolate`, `voronoi` and `alpha`: questions about the triangulation of points.
+//! `septet locate`, `interpolate` and `alpha`: questions about the triangulation of points.
 
 use std::fmt::Write;
 use std::path::{Path, PathBuf};
 
 use clap::Args;
 use clap::builder::{PossibleValuesParser, TypedValueParser};
-use glam::{DVec2, DVec3};
 use septet_core::generate::Request;
 use septet_core::model::{HigherPoints, Points};
 use septet_core::spec::{Commands, SpecError};
-use septet_core::{Outcome, triangulate};
+use septet_core::{Outcome, Spec, triangulate};
 use septet_geometry::coordinates::Coordinates;
 use septet_io::read::ReadOptions;
 use septet_queries::{Dimension, Method, NONE, QueryError, Tessellation};
@@ -17,25 +16,44 @@ use septet_queries::{Dimension, Method, NONE, QueryError, Tessellation};
 use super::errors::{Code, Failure};
 use super::files;
 use super::formats::{check_reading, read_options};
-use super::given::Given;
+use super::given::{Given, Options};
 use super::input::{self, Input, Loaded, placed};
 use super::progress::Talk;
 use super::summary::written;
 use super::text::counted;
 use super::verify::place_of;
+use super::weights::GivenWeights;
 
-const OUTPUT_CSV: &str = "Output table (.csv), `-` for standard output";
+pub(super) const OUTPUT_CSV: &str = "Output table (.csv), `-` for standard output";
 
-/// Options of every command that asks a triangulation.
+/// Options of every command that asks a triangulation. `COMMAND` are the bits of [`Commands`].
 #[derive(Debug, Args)]
-struct PointArgs {
+pub(super) struct PointArgs<const COMMAND: u16 = QUERIES> {
     #[arg(
         value_name = "POINTS",
         help = "Point file, pattern in quotes, `@LIST`, `-` for standard input, or `sample:KIND:N[,d=2][,seed=7]`"
     )]
     points: String,
     #[command(flatten)]
-    given: Given<{ Commands::QUERIES.bits() }>,
+    given: Given<COMMAND>,
+}
+
+/// The bits of the commands without options of their own.
+const QUERIES: u16 = Commands::QUERIES.bits();
+
+impl<const COMMAND: u16> PointArgs<COMMAND> {
+    /// Returns what the user asks for, without weights.
+    pub(super) fn asking(&self) -> Asking<'_> {
+        Asking { points: &self.points, given: self.given.options(), weights: None }
+    }
+}
+
+/// The arguments of a command that asks a triangulation.
+#[derive(Clone, Copy)]
+pub(super) struct Asking<'a> {
+    pub(super) points: &'a str,
+    pub(super) given: &'a Options<Spec>,
+    pub(super) weights: Option<GivenWeights<'a>>,
 }
 
 /// Options of `septet locate`.
@@ -82,30 +100,6 @@ pub struct InterpolateArgs {
     output: PathBuf,
 }
 
-/// Options of `septet voronoi`.
-#[derive(Debug, Args)]
-#[command(after_help = "\
-The areas or volumes add up to that of the box. A point that coincides with an earlier one gets 0.
-
-Examples:
-  septet voronoi points.csv --box 0,0,0,1,1,1 -o cells.csv
-  septet voronoi sample:uniform:1e4,d=2 --box 0,0,1,1")]
-pub struct VoronoiArgs {
-    #[command(flatten)]
-    points: PointArgs,
-    /// Lower and upper corner of the box, which contains all points
-    #[arg(
-        long = "box",
-        value_name = "X0,Y0[,Z0],X1,Y1[,Z1]",
-        allow_hyphen_values = true,
-        value_delimiter = ',',
-        required = true
-    )]
-    corners: Vec<f64>,
-    #[arg(short, long, value_name = "FILE", default_value = "-", help = OUTPUT_CSV)]
-    output: PathBuf,
-}
-
 /// Options of `septet alpha`.
 #[derive(Debug, Args)]
 #[command(after_help = "\
@@ -136,7 +130,7 @@ fn methods() -> impl TypedValueParser<Value = Method> {
 /// Writes the cell of each query.
 pub fn locate(args: &LocateArgs, talk: &Talk) -> Result<(), Failure> {
     let queries = Some(args.queries.as_str());
-    let asked = Asked::of(&args.points, queries, (&args.output, "csv"), talk)?;
+    let asked = Asked::of(args.points.asking(), queries, (&args.output, &["csv"]), talk)?;
     let cells = match (&asked.loaded.points, &asked.queries) {
         (Points::Plane(points), Points::Plane(queries)) => asked.made(points, talk)?.locate(queries),
         (Points::Space(points), Points::Space(queries)) => asked.made(points, talk)?.locate(queries),
@@ -152,7 +146,7 @@ pub fn locate(args: &LocateArgs, talk: &Talk) -> Result<(), Failure> {
 /// Writes the interpolated value of each query.
 pub fn interpolate(args: &InterpolateArgs, talk: &Talk) -> Result<(), Failure> {
     let queries = Some(args.queries.as_str());
-    let asked = Asked::of(&args.points, queries, (&args.output, "csv"), talk)?;
+    let asked = Asked::of(args.points.asking(), queries, (&args.output, &["csv"]), talk)?;
     let values = asked.values(&args.values)?;
     let method = args.method;
     let weights = match (&asked.loaded.points, &asked.queries) {
@@ -168,39 +162,13 @@ pub fn interpolate(args: &InterpolateArgs, talk: &Talk) -> Result<(), Failure> {
     write(&args.output, &table("value", fields), &summary, talk)
 }
 
-/// Writes the area or volume of each Voronoi cell.
-pub fn voronoi(args: &VoronoiArgs, talk: &Talk) -> Result<(), Failure> {
-    let asked = Asked::of(&args.points, None, (&args.output, "csv"), talk)?;
-    let dimension = asked.loaded.points.dimension();
-    if args.corners.len() != 2 * dimension {
-        let message =
-            format!("--box has {} numbers, but the points need {}", args.corners.len(), 2 * dimension);
-        return Err(Failure::new(Code::Usage, message).help("give the lower corner, then the upper corner"));
-    }
-    let (low, high) = args.corners.split_at(dimension);
-    let volumes = match &asked.loaded.points {
-        Points::Plane(points) => {
-            asked.made(points, talk)?.voronoi_volumes_in(DVec2::from_slice(low), DVec2::from_slice(high))
-        }
-        Points::Space(points) => {
-            asked.made(points, talk)?.voronoi_volumes_in(DVec3::from_slice(low), DVec3::from_slice(high))
-        }
-        Points::Higher(points) => return Err(only_space(points)),
-    };
-    let volumes = volumes.map_err(|error| asked.failure(&error))?;
-    let name = if dimension == 2 { "area" } else { "volume" };
-    let summary =
-        format!("{}, {name} {}", counted(volumes.len() as u64, "cell"), volumes.iter().sum::<f64>());
-    write(&args.output, &table("volume", volumes.iter().map(f64::to_string)), &summary, talk)
-}
-
 /// Writes the boundary of the alpha shape, or its triangles in the plane.
 pub fn alpha(args: &AlphaArgs, talk: &Talk) -> Result<(), Failure> {
     if args.radius.is_nan() || args.radius < 0.0 {
         let message = format!("--radius {}: a radius is 0 or more", args.radius);
         return Err(Failure::new(Code::Usage, message).help("give a length in the units of the points"));
     }
-    let asked = Asked::of(&args.points, None, (&args.output, "off"), talk)?;
+    let asked = Asked::of(args.points.asking(), None, (&args.output, &["off"]), talk)?;
     let failure = |error: QueryError| asked.failure(&error);
     let (triangles, volume) = match &asked.loaded.points {
         Points::Plane(points) => {
@@ -221,45 +189,42 @@ pub fn alpha(args: &AlphaArgs, talk: &Talk) -> Result<(), Failure> {
 }
 
 /// The input of a command.
-struct Asked<'a> {
-    args: &'a PointArgs,
-    loaded: Loaded,
+pub(super) struct Asked<'a> {
+    asking: Asking<'a>,
+    pub(super) loaded: Loaded,
     /// The queries; no points without a file of them.
     queries: Points,
 }
 
 impl<'a> Asked<'a> {
-    /// Checks the files, and reads them. `output` is the output with the only extension that it can have.
-    fn of(
-        args: &'a PointArgs,
+    /// Checks the files, and reads them. `output` is the output with the extensions that it can have.
+    pub(super) fn of(
+        asking: Asking<'a>,
         queries: Option<&str>,
-        (output, extension): (&Path, &str),
+        (output, extensions): (&Path, &[&str]),
         talk: &Talk,
     ) -> Result<Self, Failure> {
-        if output.as_os_str() != "-" && output.extension().is_none_or(|found| found != extension) {
-            let message = format!("{}: the output of this command is a .{extension} file", output.display());
-            return Err(
-                Failure::new(Code::Usage, message).help(format!("give it a name that ends in .{extension}"))
-            );
-        }
-        let given = args.given.options();
-        let spec = given.spec()?;
+        check_extension(output, extensions)?;
+        let spec = asking.given.spec()?;
         septet_core::cores::limit(spec.machine.thread_count());
-        let input = Input::of(&args.points, spec.input.dimension, talk)?;
-        check_reading(given, input.is_sample())?;
+        let input = Input::of(asking.points, spec.input.dimension, talk)?;
+        check_reading(asking.given, input.is_sample())?;
+        asking.weights.map_or(Ok(()), |weights| weights.check(asking.given, input.is_sample()))?;
         let of_queries: Option<Option<Request>> =
             queries.map(|queries| input::sample(queries, spec.input.dimension)).transpose()?;
         let mut inputs = input.files();
+        inputs.extend(asking.weights.and_then(GivenWeights::file));
         if let (Some(queries), Some(None)) = (queries, &of_queries) {
             input::refuse_list(Path::new(queries), "queries are one file")?;
-            if queries == "-" && args.points == "-" {
+            if queries == "-" && asking.points == "-" {
                 let message = "points and queries cannot both come from standard input";
                 return Err(Failure::new(Code::Usage, message).help("give one of them as a file"));
             }
             inputs.push(Path::new(queries));
         }
         files::check(&inputs, &[], &[output])?;
-        let options = ReadOptions { keep_columns: true, ..read_options(&spec.input)? };
+        let weights = asking.weights.map(GivenWeights::reading);
+        let options = ReadOptions { keep_columns: true, weights, ..read_options(&spec.input)? };
         let loaded = input.load(&options, talk)?;
         let dimension = Some(loaded.points.dimension());
         let queries = match (queries, of_queries) {
@@ -267,25 +232,31 @@ impl<'a> Asked<'a> {
             (Some(name), _) => input::open(name, &ReadOptions { dimension, ..options }, talk)?.points,
             (None, _) => Points::Plane(Vec::new()),
         };
-        Ok(Asked { args, loaded, queries })
+        Ok(Asked { asking, loaded, queries })
     }
 
-    /// Triangulates the points.
-    fn made<P: Dimension + Coordinates>(
-        &self,
-        points: &[P],
-        talk: &Talk,
-    ) -> Result<Tessellation<P>, Failure> {
-        let spec = self.args.given.options().spec()?.with(|spec| {
+    /// Triangulates points, or points with weights.
+    pub(super) fn run<C: Coordinates>(&self, points: &[C], talk: &Talk) -> Result<Outcome, Failure> {
+        let spec = self.asking.given.spec()?.with(|spec| {
             spec.recursion.spacing = self.loaded.spacing;
             spec.control.cancel = Some(talk.cancel.clone());
             spec.control.progress = Some(talk.phases());
         });
-        let run: Outcome = triangulate(points, &spec).map_err(|error| {
-            placed(error, &self.loaded.files, &self.args.points, |point| self.loaded.row(point))
+        let run = triangulate(points, &spec).map_err(|error| {
+            placed(error, &self.loaded.files, self.asking.points, |point| self.loaded.row(point))
         })?;
         talk.check();
         talk.stage("answering", 0, None);
+        Ok(run)
+    }
+
+    /// Triangulates the points for queries.
+    pub(super) fn made<P: Dimension + Coordinates>(
+        &self,
+        points: &[P],
+        talk: &Talk,
+    ) -> Result<Tessellation<P>, Failure> {
+        let run = self.run(points, talk)?;
         Tessellation::new(points, &run).map_err(|error| self.failure(&error))
     }
 
@@ -295,7 +266,7 @@ impl<'a> Asked<'a> {
         if let Some(column) = columns.iter().find(|column| column.name == name) {
             return Ok(&column.values);
         }
-        let message = format!("{}: there is no column of values named {name}", self.args.points);
+        let message = format!("{}: there is no column of values named {name}", self.asking.points);
         let names: Vec<&str> = columns.iter().map(|column| column.name.as_str()).collect();
         Err(Failure::new(Code::Input, message).help(if names.is_empty() {
             "give a text table with other columns than the coordinates".to_owned()
@@ -305,8 +276,8 @@ impl<'a> Asked<'a> {
     }
 
     /// Returns the failure for an error of a query.
-    fn failure(&self, error: &QueryError) -> Failure {
-        let name = &self.args.points;
+    pub(super) fn failure(&self, error: &QueryError) -> Failure {
+        let name = self.asking.points;
         match error {
             QueryError::EmptyBox { .. } | QueryError::Radius => Failure::new(Code::Usage, error.to_string()),
             QueryError::OutsideBox { index } => {
@@ -326,13 +297,24 @@ impl<'a> Asked<'a> {
     }
 }
 
+/// Refuses an output with another extension.
+fn check_extension(output: &Path, extensions: &[&str]) -> Result<(), Failure> {
+    let own = output.extension().unwrap_or_default();
+    if output.as_os_str() == "-" || extensions.iter().any(|extension| own == *extension) {
+        return Ok(());
+    }
+    let known = extensions.join(" or .");
+    let message = format!("{}: the output of this command is a .{known} file", output.display());
+    Err(Failure::new(Code::Usage, message).help(format!("give it a name that ends in .{known}")))
+}
+
 /// Returns the failure for points of a dimension that has no queries.
-fn only_space(points: &HigherPoints) -> Failure {
+pub(super) fn only_space(points: &HigherPoints) -> Failure {
     SpecError::OnlySpace { what: "queries", dimension: points.slice().dimension() }.into()
 }
 
 /// Formats a table of one field for each row.
-fn table(name: &str, fields: impl Iterator<Item = String>) -> String {
+pub(super) fn table(name: &str, fields: impl Iterator<Item = String>) -> String {
     let mut text = format!("row,{name}\n");
     for (row, field) in fields.enumerate() {
         let _ = writeln!(text, "{row},{field}");
@@ -358,7 +340,7 @@ fn surface(points: &Points, triangles: &[[u32; 3]]) -> String {
 }
 
 /// Writes the output, and prints what it is.
-fn write(output: &Path, text: &str, summary: &str, talk: &Talk) -> Result<(), Failure> {
+pub(super) fn write(output: &Path, text: &str, summary: &str, talk: &Talk) -> Result<(), Failure> {
     talk.check();
     files::write_text(output, text)?;
     talk.clear();

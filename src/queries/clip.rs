@@ -11,6 +11,8 @@
 //! **Rounding.** All values are rounded. A corner that lies above a plane by no more than the rounding of its height counts as a corner on
 //! the plane. Otherwise, a plane through a face would divide the face by noise. Both copies of an edge are cut at the same point.
 
+use std::collections::BTreeMap;
+
 use glam::{DVec2, DVec3};
 use septet_geometry::point::Point;
 
@@ -25,22 +27,71 @@ pub(crate) struct Measures {
     pub(crate) faces: Vec<f64>,
 }
 
-/// Measures the part of the box from `low` to `high` in which `n . x <= c` for each pair `(n, c)`. The normals have length 1,
-/// and the origin lies in the cell.
+/// Measures the part of the box from `low` to `high` in which `n . x <= c` for each pair `(n, c)`. The normals have length 1.
 pub(crate) fn measure<P: Point>(low: P, high: P, planes: &[(P, f64)]) -> Measures {
-    let at = |p: &P| DVec3::new(p.coord(0), p.coord(1), if P::DIM == 2 { 0.0 } else { p.coord(2) });
     if P::DIM == 2 {
-        let mut polygon = Polygon::of_box(at(&low).truncate(), at(&high).truncate());
-        for (side, (n, c)) in planes.iter().enumerate() {
-            polygon.cut(at(n).truncate(), *c, Some(side));
-        }
-        return polygon.measures(planes.len());
+        polygon(low, high, planes).measures(planes.len())
+    } else {
+        body(low, high, planes).measures(planes.len())
     }
+}
+
+/// The corners of a convex cell, and in space its faces.
+pub(crate) struct Shape {
+    /// In the plane, counter-clockwise, with 0 as the third coordinate. In space, each once.
+    pub(crate) corners: Vec<DVec3>,
+    /// The corners of each face, counter-clockwise from outside. None in the plane.
+    pub(crate) faces: Vec<Vec<u32>>,
+}
+
+/// Returns the cell that [`measure`] measures. It has no corners if it is empty.
+pub(crate) fn shape<P: Point>(low: P, high: P, planes: &[(P, f64)]) -> Shape {
+    if P::DIM == 2 {
+        let corners =
+            polygon(low, high, planes).0.into_iter().map(|(corner, _)| corner.extend(0.0)).collect();
+        return Shape { corners, faces: Vec::new() };
+    }
+    let (mut corners, mut numbers) = (Vec::new(), BTreeMap::new());
+    // Both copies of a corner have the same bits, but for the signs of zeros.
+    let mut number = |corner: &DVec3| {
+        *numbers.entry((*corner + DVec3::ZERO).to_array().map(f64::to_bits)).or_insert_with(|| {
+            corners.push(*corner);
+            corners.len() as u32 - 1
+        })
+    };
+    let mut faces = Vec::new();
+    for face in body(low, high, planes).0 {
+        let mut face: Vec<u32> = face.corners.iter().map(&mut number).collect();
+        face.dedup();
+        if face.first() == face.last() {
+            face.pop();
+        }
+        if face.len() > 2 {
+            faces.push(face);
+        }
+    }
+    Shape { corners, faces }
+}
+
+/// Returns the coordinates of a point; the third is 0 in the plane.
+fn at<P: Point>(p: &P) -> DVec3 {
+    DVec3::new(p.coord(0), p.coord(1), if P::DIM == 2 { 0.0 } else { p.coord(2) })
+}
+
+fn polygon<P: Point>(low: P, high: P, planes: &[(P, f64)]) -> Polygon {
+    let mut polygon = Polygon::of_box(at(&low).truncate(), at(&high).truncate());
+    for (side, (n, c)) in planes.iter().enumerate() {
+        polygon.cut(at(n).truncate(), *c, Some(side));
+    }
+    polygon
+}
+
+fn body<P: Point>(low: P, high: P, planes: &[(P, f64)]) -> Body {
     let mut body = Body::of_box(at(&low), at(&high));
     for (side, (n, c)) in planes.iter().enumerate() {
         body.cut(at(n), *c, Some(side));
     }
-    body.measures(planes.len())
+    body
 }
 
 /// The heights of corners above a plane.

@@ -2,7 +2,7 @@
 //!
 //! A [`Tessellation`] is made once from a run and never changes. Every answer is a function of the points and the arguments:
 //! it depends neither on threads nor on the order of queries. Where a sign decides, it is exact. Queries run in parallel on the
-//! threads of the current pool.
+//! threads of the call ([`septet_core::cores::within`]).
 //!
 //! | question | modules |
 //! | --- | --- |
@@ -11,6 +11,7 @@
 //! | the cell of a query, the nearest vertex | `locate`, `nearest` |
 //! | Voronoi vertices, ridges, areas, volumes, centroids | [`voronoi`], `dual`, `clip`, `centroids` |
 //! | barycentric coordinates, gradients, weights of interpolations | [`weights`], `linear`, `natural` |
+//! | volumes of power cells, and of Voronoi cells in periodic boxes | [`power`], `clip` |
 //! | alpha complexes and shapes | [`alpha`] |
 //! | exact signs and ratios in rare cases | `exact` |
 
@@ -27,6 +28,7 @@ mod locate;
 mod loops;
 mod natural;
 mod nearest;
+pub mod power;
 pub mod ragged;
 mod restored;
 mod rows;
@@ -40,6 +42,7 @@ pub mod weights;
 pub use alpha::{AlphaFiltration, AlphaShape};
 pub use dimension::Dimension;
 pub use error::{QueryError, RowFault};
+pub use power::{Polytope, Region, power_cells, power_volumes};
 pub use ragged::Ragged;
 pub use tessellation::{NONE, Tessellation};
 pub use voronoi::Ridges;

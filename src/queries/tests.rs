@@ -4,6 +4,7 @@ mod alpha;
 mod linear;
 mod locate;
 mod natural;
+mod power;
 mod restored;
 mod rows;
 mod voronoi;

@@ -74,6 +74,7 @@ fn volumes_add_up_to_the_box() {
     place.fails("voronoi p.csv --box 0,0,1,1", 3, &["p.csv", "point 1", "outside of the box"]);
     place.fails("voronoi p.csv --box 0,0,0,1,1,1", 2, &["6 numbers", "need 4"]);
     place.fails("voronoi p.csv --box 4,0,0,4", 2, &["box is empty"]);
+    place.fails("voronoi p.csv", 2, &["need a box", "--box"]);
     place.file("line.csv", "x,y\n0,0\n1,1\n2,2\n");
     place.fails("voronoi line.csv --box 0,0,2,2", 3, &["line.csv", "no cells"]);
 }
@@ -107,4 +108,36 @@ fn files_of_queries_are_checked() {
     place.fails("locate - -", 2, &["standard input"]);
     place.fails("locate sample:uniform:100 q.csv", 2, &["q.csv", "--columns"]);
     place.fails("locate p.csv @list.txt", 2, &["queries are one file"]);
+}
+
+/// The second column of a table.
+fn column(place: &Place, name: &str) -> Vec<f64> {
+    text(place, name).lines().skip(1).map(|line| line.split_once(',').unwrap().1.parse().unwrap()).collect()
+}
+
+#[test]
+fn cells_have_weights_and_periods() {
+    let place = Place::new();
+    place.file(
+        "a.csv",
+        "x,y,z,r\n0.1,0.2,0.3,0.1\n0.5,0.5,0.5,0.3\n0.52,0.5,0.5,0.01\n0.9,0.8,0.1,0.2\n0.2,0.9,0.7,0\n",
+    );
+    let unit = "--box 0,0,0,1,1,1";
+    for more in ["--periodic 1,1,1", "--radii r --periodic 1,1,1", &format!("--radii r {unit}")] {
+        let output = place.good(&format!("voronoi a.csv {more} -o cells.csv"));
+        let volumes = column(&place, "cells.csv");
+        assert!((volumes.iter().sum::<f64>() - 1.0).abs() < 1e-14, "{more}: {volumes:?}");
+        // The small sphere lies within the large one.
+        assert_eq!(volumes[2] == 0.0, more.contains("radii"), "{}", stderr(&output));
+    }
+    place.good(&format!("voronoi a.csv --periodic 1,none,1 --box 0,-1,0,1,2,1 -o cells.csv"));
+    assert!((column(&place, "cells.csv").iter().sum::<f64>() - 3.0).abs() < 1e-14);
+    place.fails("voronoi a.csv --periodic 1,none,1", 2, &["not periodic", "--box"]);
+    place.fails(&format!("voronoi a.csv --periodic 1,1,1 {unit}"), 2, &["omit --box"]);
+    place.fails("voronoi a.csv --radii mass --periodic 1,1,1", 2, &["mass"]);
+    place.fails("locate a.csv a.csv --radii r", 2, &["--radii"]);
+    place.good(&format!("voronoi a.csv --radii r {unit} -o cells.vtu"));
+    let cells = text(&place, "cells.vtu");
+    assert!(cells.contains("NumberOfCells=\"4\"") && cells.contains("42 42 42 42"), "{cells}");
+    place.fails(&format!("voronoi a.csv {unit} -o cells.vtk"), 2, &[".csv or .vtu"]);
 }

@@ -110,7 +110,7 @@ pub static OPTIONS: &[Row] = &[
         Reals,
         |s| Reals(s.input.periodic.as_ref().map(|periodic| periodic.lengths.clone())),
         |s, Reals(lengths)| { s.input.periodic = lengths.map(Periodic::of); Ok(()) },
-        { form: "LX,LY[,LZ]", commands: Commands::TRIANGULATE.and(Commands::SIMULATE).and(Commands::VERIFY), heading: Heading::Input, matters: Matters::Cells }
+        { form: "LX,LY[,LZ]", commands: Commands::BOXES, heading: Heading::Input, matters: Matters::Cells }
     ),
     option!(
         Spec, "origin", "origin",
@@ -118,7 +118,7 @@ pub static OPTIONS: &[Row] = &[
         Reals,
         |s| Reals(s.input.periodic.as_ref().and_then(Periodic::corner)),
         |s, Reals(corner)| s.input.set_origin(corner),
-        { form: "OX,OY[,OZ]", commands: Commands::TRIANGULATE.and(Commands::SIMULATE).and(Commands::VERIFY), heading: Heading::Input, matters: Matters::Cells }
+        { form: "OX,OY[,OZ]", commands: Commands::BOXES, heading: Heading::Input, matters: Matters::Cells }
     ),
     option!(
         Spec, "wrap", "wrap",
@@ -126,7 +126,7 @@ pub static OPTIONS: &[Row] = &[
         bool,
         |s| s.input.periodic.as_ref().is_some_and(|periodic| periodic.wrap),
         |s, is_set| s.input.set_wrap(is_set),
-        { is_flag: true, commands: Commands::TRIANGULATE.and(Commands::SIMULATE).and(Commands::VERIFY), heading: Heading::Input, matters: Matters::Cells }
+        { is_flag: true, commands: Commands::BOXES, heading: Heading::Input, matters: Matters::Cells }
     ),
     option!(
         Spec, "with-owner", "with_owner",

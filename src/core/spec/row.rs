@@ -7,7 +7,7 @@ use super::value::{Setting, Word};
 
 /// The commands that have options of a run, as a set.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct Commands(u8);
+pub struct Commands(u16);
 
 impl Commands {
     /// `septet triangulate`.
@@ -26,8 +26,11 @@ impl Commands {
     pub const VERIFY: Commands = Commands(64);
     /// `septet locate`, `septet interpolate`, `septet voronoi` and `septet alpha`.
     pub const QUERIES: Commands = Commands(128);
+    /// `septet voronoi`, which also takes weights and periodic boxes.
+    pub const VORONOI: Commands = Commands(256);
 
     pub(super) const RUNS: Commands = Commands::TRIANGULATE.and(Commands::SIMULATE);
+    pub(super) const BOXES: Commands = Commands::RUNS.and(Commands::VERIFY).and(Commands::VORONOI);
     pub(super) const COUNTS: Commands = Commands::SIMULATE.and(Commands::SCALE).and(Commands::PREDICT);
     pub(super) const POINTS: Commands = Commands::RUNS.and(Commands::PREDICT).and(Commands::RIVAL);
     pub(super) const FILES: Commands = Commands::POINTS.and(Commands::VERIFY).and(Commands::QUERIES);
@@ -48,13 +51,13 @@ impl Commands {
 
     /// Returns the set of these bits ([`Commands::bits`]).
     #[must_use]
-    pub const fn of_bits(bits: u8) -> Commands {
+    pub const fn of_bits(bits: u16) -> Commands {
         Commands(bits)
     }
 
     /// Returns the set as bits, for a parameter of a type.
     #[must_use]
-    pub const fn bits(self) -> u8 {
+    pub const fn bits(self) -> u16 {
         self.0
     }
 }

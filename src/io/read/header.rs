@@ -157,12 +157,22 @@ pub(super) struct Kept {
     pub notes: Vec<String>,
 }
 
+/// The number of points at the beginning of a file.
+#[derive(Clone, Copy, PartialEq, Eq)]
+pub(super) enum StatedCount {
+    /// The file does not state it.
+    None,
+    /// The file states it alone.
+    Alone,
+    /// The file states it with this dimension.
+    WithDimension(u64),
+}
+
 /// The statements of the lines before the first row.
 #[derive(Clone, Copy)]
 pub(super) struct Stated<'a> {
     pub header: Option<&'a Header>,
-    /// If the file begins with the number of its points, the dimension that it states beside the number.
-    pub stated_dimension: Option<Option<u64>>,
+    pub count: StatedCount,
 }
 
 impl Selection {
@@ -183,7 +193,7 @@ impl Selection {
                 let (axes, note) = chooser.named(header)?;
                 (axes, Some(note))
             }
-            (None, None) => (chooser.first(stated.stated_dimension)?, None),
+            (None, None) => (chooser.first(stated.count)?, None),
         };
         chooser.check_weight(&axes)?;
         let positional = options.columns.is_none() && header.is_none();
@@ -366,12 +376,17 @@ impl Chooser<'_> {
 
     /// Returns the first columns, which have no names. After a number of points, further columns are values of the points,
     /// unless the dimension beside the number counts them.
-    fn first(&self, stated: Option<Option<u64>>) -> Result<Vec<usize>, InputError> {
+    fn first(&self, stated: StatedCount) -> Result<Vec<usize>, InputError> {
         let is_free = |i: &usize| self.weight != Some(*i);
         let is_number = |i: &usize| self.rows[0].number(self.row[*i]).is_some();
         let numbers = (0..self.row.len()).filter(|i| is_free(i) && is_number(i)).count();
+        let has_values = match stated {
+            StatedCount::None => false,
+            StatedCount::Alone => true,
+            StatedCount::WithDimension(dimension) => dimension <= 3,
+        };
         let is_chosen = self.options.dimension.is_some() && !self.options.terrain;
-        if numbers > 3 && !is_chosen && !stated.is_some_and(|dimension| dimension.is_none_or(|d| d <= 3)) {
+        if numbers > 3 && !is_chosen && !has_values {
             let besides = if self.weight.is_some() { " besides the weights" } else { "" };
             return Err(self.error(format!("{numbers} columns of numbers{besides} without a header row")));
         }
