@@ -9,7 +9,7 @@
 
 use super::error::{InputError, Place};
 use super::head::{Announced, Head};
-use super::header::{Header, Selection, Stated, is_header};
+use super::header::{Header, Selection, Stated, StatedCount, is_header};
 use super::points::ReadOptions;
 use super::reading::OtherLines;
 use super::row::{Row, Style, comment, has_decimal_commas, is_tabbed, refuse_decimal_commas};
@@ -233,10 +233,12 @@ impl<'a> Before<'a> {
         if is_text && lacks_names && self.options.columns.is_none() {
             return Err(source.bad_line(&row.line, "a row of numbers"));
         }
-        let stated = Stated {
-            header: header.as_ref(),
-            stated_dimension: self.announced.map(|announced| announced.dimension),
+        let count = match self.announced {
+            None => StatedCount::None,
+            Some(Announced { dimension: None, .. }) => StatedCount::Alone,
+            Some(Announced { dimension: Some(dimension), .. }) => StatedCount::WithDimension(dimension),
         };
+        let stated = Stated { header: header.as_ref(), count };
         let selection = Selection::of(source, stated, rows, self.options).or_else(|error| {
             refuse_decimal_commas(source, row)?;
             Err(error)
