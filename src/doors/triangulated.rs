@@ -63,10 +63,27 @@ impl Triangulated {
             let made = Tessellation::new(points, &run).map_err(|error| Failure::of_query(&error, door))?;
             Ok::<_, Failure>((made, run))
         };
-        let (made, mut run) = request.call.within(work)??;
+        let (made, run) = request.call.within(work)??;
+        Ok(Self::with_run(wrap(made), run))
+    }
+
+    /// Takes the triangulation of the points that a run made. It keeps the run without its cells.
+    ///
+    /// # Errors
+    /// Fails if the points are not those of the run, if the run did not end, if it has weights or a periodic box, and if the call
+    /// is cancelled.
+    pub fn of_run(points: &[f64], columns: usize, run: Outcome, call: &Call) -> Result<Self, Failure> {
+        let either = match Rows::of(points, columns)? {
+            Rows::Plane(points) => Either::Plane(call.ask(|| Tessellation::new(points, &run))?),
+            Rows::Space(points) => Either::Space(call.ask(|| Tessellation::new(points, &run))?),
+        };
+        Ok(Self::with_run(either, run))
+    }
+
+    fn with_run(either: Either, mut run: Outcome) -> Self {
         run.shares = Vec::new();
         let skipped = run.left_out.refused.iter().map(|&point| point as u32).collect();
-        Ok(Triangulated { either: wrap(made), skipped, run: Some(Box::new(run)) })
+        Triangulated { either, skipped, run: Some(Box::new(run)) }
     }
 
     /// Takes a triangulation from its points and cells, such as those of a pickle. `cells` are the rows that
