@@ -39,10 +39,9 @@ impl Error {
     /// Returns the exit code of the program.
     pub fn code(&self) -> Code {
         match self {
-            Error::Spec(_) => Code::Usage,
             Error::Points(_) | Error::Sites(_) | Error::Indices { .. } => Code::Input,
             Error::Periodic(periodic) if periodic.is_of_point() => Code::Input,
-            Error::Periodic(_) => Code::Usage,
+            Error::Spec(_) | Error::Periodic(_) => Code::Usage,
             Error::Memory { .. } | Error::Exceeded { .. } | Error::Piece { .. } | Error::Baseline(_) => {
                 Code::Limit
             }

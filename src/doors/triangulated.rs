@@ -42,8 +42,8 @@ impl Triangulated {
     /// Triangulates rows of `columns` coordinates, 2 or 3. There may be no points, and they may be flat: then there are no cells.
     ///
     /// # Errors
-    /// Fails if there are not 2 or 3 columns, if the last row is not whole, if a point is not finite and such points are not
-    /// skipped, if the digits of the points spread too far, above the limit of memory, and if the call is cancelled.
+    /// Fails if there are not 2 or 3 columns, or if the last row is not whole. Fails if a point is not finite and such points are not
+    /// skipped, or if the digits of the points spread too far. Fails above the limit of memory, and if the call is cancelled.
     pub fn new(points: &[f64], columns: usize, request: &Request) -> Result<Self, Failure> {
         match Rows::of(points, columns)? {
             Rows::Plane(points) => Self::made(points, request, Either::Plane),
@@ -143,7 +143,7 @@ impl Triangulated {
         either!(self, t => t.cells().len())
     }
 
-    /// Returns the run without its cells, with counts and times. A triangulation from rows has none.
+    /// Returns the run without its cells, with counts and times. A triangulation from rows lacks it.
     pub fn run(&self) -> Option<&Outcome> {
         self.run.as_deref()
     }

@@ -9,7 +9,7 @@
 //! | rows, neighbours, hull, vertices that edges join, volumes, shapes | [`tessellation`], `rows`, `incidence` |
 //! | a triangulation from its cells | `restored` |
 //! | the cell of a query, the nearest vertex | `locate`, `nearest` |
-//! | Voronoi vertices, ridges, areas, volumes, centroids | [`voronoi`], `dual`, `clip`, `centroids` |
+//! | Voronoi vertices, ridges, areas, volumes, centroids | [`voronoi`], `dual`, `double`, `clip`, `centroids` |
 //! | barycentric coordinates, gradients, weights of interpolations | [`weights`], `linear`, `natural` |
 //! | alpha complexes and shapes | [`alpha`] |
 //! | exact signs and ratios in rare cases | `exact` |
@@ -18,6 +18,7 @@ pub mod alpha;
 mod centroids;
 mod clip;
 pub mod dimension;
+mod double;
 mod dual;
 pub mod error;
 mod exact;
