@@ -399,7 +399,6 @@ pub unsafe extern "C" fn septet_nearest(
 /// # Safety
 /// See `septet.h`.
 #[unsafe(no_mangle)]
-#[expect(clippy::too_many_arguments, reason = "the header fixes them")]
 pub unsafe extern "C" fn septet_interpolate(
     t: *const Handle,
     values: *const f64,

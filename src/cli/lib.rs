@@ -177,6 +177,15 @@ pub fn main() -> ExitCode {
     ended(&talk, |talk| run(cli.command, talk)).unwrap_or_else(|_| panicked(&talk))
 }
 
+/// Returns the page of a report as HTML, as `septet report` writes it. `name` is the file in messages.
+///
+/// # Errors
+/// Fails with a message if the text contains no report.
+pub fn page_of(name: &str, report: &str) -> Result<String, String> {
+    let page = page::Page::of(&[(name.to_owned(), report.to_owned())]).map_err(|error| error.to_string())?;
+    page.html().map_err(|error| error.to_string())
+}
+
 /// Runs the program on one of several processes, which a wire connects. Only the first process prints. `name` is the name of
 /// the connection in reports.
 ///

@@ -21,7 +21,7 @@ pub struct Forecast {
 pub struct Failure {
     /// The kind, which is also the exit code of the program.
     pub code: Code,
-    /// What is wrong, where, and what to do, in the words of the door.
+    /// The reason, its place, and the remedy in the words of the door.
     pub message: String,
     /// The row of the point that is the reason.
     pub index: Option<u64>,

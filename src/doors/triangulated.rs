@@ -42,8 +42,8 @@ impl Triangulated {
     /// Triangulates rows of `columns` coordinates, 2 or 3. There may be no points, and they may be flat: then there are no cells.
     ///
     /// # Errors
-    /// Fails if there are not 2 or 3 columns, if the last row is not whole, if a point is not finite and such points are not
-    /// skipped, if the digits of the points spread too far, above the limit of memory, and if the call is cancelled.
+    /// Fails if there are not 2 or 3 columns, or if the last row is not whole. Fails if a point is not finite and such points are not
+    /// skipped, or if the digits of the points spread too far. Fails above the limit of memory, and if the call is cancelled.
     pub fn new(points: &[f64], columns: usize, request: &Request) -> Result<Self, Failure> {
         match Rows::of(points, columns)? {
             Rows::Plane(points) => Self::made(points, request, Either::Plane),
@@ -63,10 +63,27 @@ impl Triangulated {
             let made = Tessellation::new(points, &run).map_err(|error| Failure::of_query(&error, door))?;
             Ok::<_, Failure>((made, run))
         };
-        let (made, mut run) = request.call.within(work)??;
+        let (made, run) = request.call.within(work)??;
+        Ok(Self::with_run(wrap(made), run))
+    }
+
+    /// Takes the triangulation of the points that a run made. It keeps the run without its cells.
+    ///
+    /// # Errors
+    /// Fails if the points are not those of the run, if the run did not end, if it has weights or a periodic box, and if the call
+    /// is cancelled.
+    pub fn of_run(points: &[f64], columns: usize, run: Outcome, call: &Call) -> Result<Self, Failure> {
+        let either = match Rows::of(points, columns)? {
+            Rows::Plane(points) => Either::Plane(call.ask(|| Tessellation::new(points, &run))?),
+            Rows::Space(points) => Either::Space(call.ask(|| Tessellation::new(points, &run))?),
+        };
+        Ok(Self::with_run(either, run))
+    }
+
+    fn with_run(either: Either, mut run: Outcome) -> Self {
         run.shares = Vec::new();
         let skipped = run.left_out.refused.iter().map(|&point| point as u32).collect();
-        Ok(Triangulated { either: wrap(made), skipped, run: Some(Box::new(run)) })
+        Triangulated { either, skipped, run: Some(Box::new(run)) }
     }
 
     /// Takes a triangulation from its points and cells, such as those of a pickle. `cells` are the rows that
@@ -126,7 +143,7 @@ impl Triangulated {
         either!(self, t => t.cells().len())
     }
 
-    /// Returns the run without its cells, with counts and times. A triangulation from rows has none.
+    /// Returns the run without its cells, with counts and times. A triangulation from rows lacks it.
     pub fn run(&self) -> Option<&Outcome> {
         self.run.as_deref()
     }

@@ -11,8 +11,8 @@ use crate::triangulated::{Triangulated, either};
 pub type Corners<'a> = (&'a [f64], &'a [f64]);
 
 impl Triangulated {
-    /// Returns the area or volume of the Voronoi cell of each point: infinite if it is unbounded, and 0 for a point that is no
-    /// vertex. With a box, those of the parts in it, which add up to that of the box.
+    /// Returns the area or volume of the Voronoi cell of each point: infinite if it is unbounded, and 0 for a duplicate or skipped
+    /// point. With a box, those of the parts in it, which add up to that of the box.
     ///
     /// # Errors
     /// Fails if the points do not span the space, if the box is empty, if a vertex lies outside of it, or if the call is
@@ -28,7 +28,7 @@ impl Triangulated {
     }
 
     /// Returns the centroid of the Voronoi cell of each point, or of its part in a box: `columns` coordinates. Those of an
-    /// unbounded cell and of a point that is no vertex are NaN.
+    /// unbounded cell and of a duplicate or skipped point are NaN.
     ///
     /// # Errors
     /// See [`Triangulated::voronoi_volumes`].
@@ -57,7 +57,7 @@ impl Triangulated {
     }
 
     /// Returns the Voronoi vertices of the cell of each point, as numbers of cells of the triangulation, ascending. The row of
-    /// an unbounded cell starts with [`crate::NONE`]. The row of a point that is no vertex is empty.
+    /// an unbounded cell starts with [`crate::NONE`]. The row of a duplicate or skipped point is empty.
     ///
     /// # Errors
     /// Fails if the points do not span the space, or if the call is cancelled.

@@ -1,6 +1,6 @@
 //! Centroids of Voronoi cells.
 //!
-//! **Statement.** The term of an edge, a triangle and a cell in [`crate::dual`] is the signed volume of a tetrahedron with the corners
+//! **Statement.** The term of an edge, a triangle and a cell in [`crate::dual`] is the signed volume of a tetrahedron. Its corners are
 //! `v`, the middle of the edge, the centre of the triangle and the centre of the cell. Its centroid is their mean. So the first
 //! moment of a bounded Voronoi cell is the sum of its terms, each times this mean. In the plane, the terms are triangles of `v`,
 //! the middle of the edge and the centre.
@@ -19,7 +19,7 @@ use crate::seen::Seen;
 use crate::tessellation::{NONE, Tessellation};
 
 impl<P: Dimension> Tessellation<P> {
-    /// Returns the centroid of the Voronoi cell of each point. That of an unbounded cell, and of a point that is no vertex, is NaN.
+    /// Returns the centroid of the Voronoi cell of each point. It is NaN for unbounded cells, duplicates and skipped points.
     ///
     /// # Errors
     /// Fails if the points do not span the space.
@@ -34,7 +34,7 @@ impl<P: Dimension> Tessellation<P> {
         Ok(centroids)
     }
 
-    /// Returns the centroid of the part of the Voronoi cell of each point in a box. That of a point that is no vertex is NaN.
+    /// Returns the centroid of the part of the Voronoi cell of each point in a box. It is NaN for duplicates and skipped points.
     ///
     /// # Errors
     /// Fails if the points do not span the space, if the box is empty, or if a vertex lies outside of it.
@@ -71,32 +71,47 @@ impl<P: Dimension> Tessellation<P> {
 
     /// Returns the volume of the Voronoi cell of each vertex, and its first moment relative to the vertex.
     fn moments(&self, centres: &[P]) -> (Vec<f64>, Vec<P>) {
+        /// Cells whose parts are in memory at the same time.
+        const MANY: usize = 1 << 18;
         let mut volumes = vec![0.0; self.points.len()];
         let mut moments = vec![P::default(); self.points.len()];
-        for (cell, row) in self.cells.iter().enumerate() {
-            let corners = self.corners(cell as u32);
-            for &[v, i, j, k] in P::EDGES {
-                let mut add = |volume: f64, mean: &dyn Fn(P) -> P| {
-                    for corner in [v, i] {
-                        let vertex = row.as_ref()[corner] as usize;
-                        volumes[vertex] += volume;
-                        moments[vertex] = moments[vertex] + mean(corners[corner]) * volume;
-                    }
-                };
-                let middle = |from: P| (corners[v] - from + (corners[i] - from)) / 2.0;
-                let centre = |from: P| centres[cell] + (corners[0] - from);
-                if P::DIM == 2 {
-                    let part = P::hull_normal(&[corners[i] - corners[v]]).dot(centre(corners[v])) / 4.0;
-                    add(part, &|from| (middle(from) + centre(from)) / 3.0);
-                    continue;
-                }
-                for (apex, turn) in [(j, 1.0), (k, -1.0)] {
-                    let (part, height) = part_in_triangle(&corners, centres[cell], [v, i, apex]);
-                    let foot = |from: P| centre(from) - height;
-                    add(turn * part, &|from| (middle(from) + foot(from) + centre(from)) / 4.0);
+        for first in (0..self.cells.len()).step_by(MANY) {
+            let parts = loops::map(MANY.min(self.cells.len() - first), |at| {
+                moments_in(&self.corners((first + at) as u32), centres[first + at])
+            });
+            for (cell, parts) in self.cells[first..].iter().zip(parts) {
+                for (&v, (volume, moment)) in cell.as_ref().iter().zip(parts) {
+                    volumes[v as usize] += volume;
+                    moments[v as usize] = moments[v as usize] + moment;
                 }
             }
         }
         (volumes, moments)
     }
+}
+
+/// Returns the volume of the part of a cell that belongs to each corner, and its first moment relative to the corner. The
+/// circumcentre is relative to the first corner.
+fn moments_in<P: Dimension>(corners: &[P; 4], centre: P) -> [(f64, P); 4] {
+    let mut parts = [(0.0, P::default()); 4];
+    for &[v, i, j, k] in P::EDGES {
+        let middle = |from: P| (corners[v] - from + (corners[i] - from)) / 2.0;
+        let centre_from = |from: P| centre + (corners[0] - from);
+        let mut add = |part: f64, mean: &dyn Fn(P) -> P| {
+            for corner in [v, i] {
+                let (volume, moment) = parts[corner];
+                parts[corner] = (volume + part, moment + mean(corners[corner]) * part);
+            }
+        };
+        if P::DIM == 2 {
+            let part = P::hull_normal(&[corners[i] - corners[v]]).dot(centre_from(corners[v])) / 4.0;
+            add(part, &|from| (middle(from) + centre_from(from)) / 3.0);
+            continue;
+        }
+        for (apex, turn) in [(j, 1.0), (k, -1.0)] {
+            let (part, height) = part_in_triangle(corners, centre, [v, i, apex]);
+            add(turn * part, &|from| (middle(from) + centre_from(from) * 2.0 - height) / 4.0);
+        }
+    }
+    parts
 }

@@ -31,6 +31,12 @@ use crate::exact;
 /// The relative error of a determinant from which on it is computed by big integers.
 pub(crate) const THIN: f64 = 1e-10;
 
+/// Whether the rounded determinant of a positively oriented cell may have a relative error above [`THIN`].
+pub(crate) fn is_thin<P: Point>(cell: &[P]) -> bool {
+    let rounded = P::rounded_orientation(&cell[..=P::DIM]);
+    rounded.bound > rounded.det * THIN
+}
+
 /// Returns the circumcentre of a positively oriented cell relative to its first corner. It may be infinite.
 pub(crate) fn circumcentre<P: Point>(cell: &[P]) -> P {
     let mut rel = [P::default(); 3];
@@ -78,8 +84,8 @@ fn term<P: Point>(cell: &[P], centre: P, [v, i, apex]: [usize; 3]) -> (f64, P) {
     ((p.dot(q) / length) * height, normal * (height / length))
 }
 
-/// Returns the term of a triangle `v, i, j` for its edge `vi`, positive if the triangle's normal points into the cell, and the vector
-/// from the triangle's centre to the centre of the cell.
+/// Returns the term of a triangle `v, i, j` for its edge `vi`, and the vector from the triangle's centre to the centre of the cell.
+/// The triangle's normal must point into the cell; otherwise the term has the other sign.
 pub(crate) fn part_in_triangle<P: Point>(cell: &[P], centre: P, triangle: [usize; 3]) -> (f64, P) {
     let (part, height) = term(cell, centre, triangle);
     let along = cell[triangle[1]] - cell[triangle[0]];

@@ -88,10 +88,10 @@ pub enum QueryError {
     Row {
         /// The first such row.
         cell: usize,
-        /// What is wrong with it.
+        /// Its fault.
         fault: RowFault,
     },
-    /// A point is no vertex, although it is finite and no other point has its place.
+    /// A finite point at a place of its own belongs to no cell.
     #[error("no cell has the vertex {point}; pass points and cells of one triangulation, unchanged")]
     Unused {
         /// The point.
@@ -99,7 +99,7 @@ pub enum QueryError {
     },
 }
 
-/// What is wrong with a row of a cell.
+/// The fault of a row.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Error)]
 #[non_exhaustive]
 pub enum RowFault {
@@ -130,11 +130,19 @@ impl QueryError {
     /// Returns the exit code of the program.
     pub fn code(&self) -> Code {
         match self {
-            Self::EmptyBox { .. } | Self::Radius | Self::Values { .. } | Self::Cells { .. } => Code::Usage,
-            Self::NoCell { .. } | Self::OtherRun | Self::OtherPoints { .. } => Code::Usage,
+            Self::EmptyBox { .. }
+            | Self::Radius
+            | Self::Values { .. }
+            | Self::Cells { .. }
+            | Self::NoCell { .. }
+            | Self::OtherRun
+            | Self::OtherPoints { .. } => Code::Usage,
             Self::TooMany { .. } => Code::Limit,
-            Self::Range(_) | Self::Flat { .. } | Self::OutsideBox { .. } => Code::Input,
-            Self::Row { .. } | Self::Unused { .. } => Code::Input,
+            Self::Range(_)
+            | Self::Flat { .. }
+            | Self::OutsideBox { .. }
+            | Self::Row { .. }
+            | Self::Unused { .. } => Code::Input,
         }
     }
 

@@ -9,7 +9,7 @@
 //! | rows, neighbours, hull, vertices that edges join, volumes, shapes | [`tessellation`], `rows`, `incidence` |
 //! | a triangulation from its cells | `restored` |
 //! | the cell of a query, the nearest vertex | `locate`, `nearest` |
-//! | Voronoi vertices, ridges, areas, volumes, centroids | [`voronoi`], `dual`, `clip`, `centroids` |
+//! | Voronoi vertices, ridges, areas, volumes, centroids | [`voronoi`], `dual`, `double`, `clip`, `centroids` |
 //! | barycentric coordinates, gradients, weights of interpolations | [`weights`], `linear`, `natural` |
 //! | volumes of power cells, and of Voronoi cells in periodic boxes | [`power`], `clip` |
 //! | alpha complexes and shapes | [`alpha`] |
@@ -19,6 +19,7 @@ pub mod alpha;
 mod centroids;
 mod clip;
 pub mod dimension;
+mod double;
 mod dual;
 pub mod error;
 mod exact;

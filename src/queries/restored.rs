@@ -1,9 +1,11 @@
 //! A triangulation from its points and cells, with checks.
 //!
-//! **Statement.** The checks are: rows are canonical; cells are positively oriented; each facet has one cell, or two on its two sides, of
-//! which neither sphere contains the vertex of the other cell, with ties as in the kernel; the facets with one cell form closed
-//! surfaces that are convex at each of their ridges; the cells are connected. So walks end ([`crate::locate`]): they need only that the
-//! power of a query decreases from cell to cell, which each facet ensures. A Delaunay triangulation passes. One that lacks cells does not.
+//! **Checks.** Rows are canonical, and cells are positively oriented. A facet has one cell, or two on its two sides. Neither sphere
+//! of these two contains the vertex of the other, with ties as in the kernel. The facets with one cell form closed surfaces that are
+//! convex at each of their ridges. The cells are connected.
+//!
+//! **Statement.** A Delaunay triangulation passes, and one that lacks cells does not. A walk ends in cells that pass
+//! ([`crate::locate`]): it needs only that the power of the query decreases from cell to cell, which the check of each facet ensures.
 //!
 //! **Work.** O(m log m) for m cells.
 
@@ -145,10 +147,11 @@ fn check_rows<P: Dimension>(points: &[P], cells: &[P::Cell]) -> Result<(), Query
 }
 
 /// Finds the coincident points, and whether each point is a vertex.
-#[expect(clippy::type_complexity, reason = "the arguments of `Tessellation::of_rows`")]
 fn vertices<P: Dimension>(points: &[P], cells: &[P::Cell]) -> Result<(Vec<[u32; 2]>, Vec<bool>), QueryError> {
     let mut is_used = vec![cells.is_empty(); points.len()];
-    cells.iter().flat_map(|row| row.as_ref()).for_each(|&v| is_used[v as usize] = true);
+    for &v in cells.iter().flat_map(AsRef::as_ref) {
+        is_used[v as usize] = true;
+    }
     let place = |v: u32| points[v as usize] + P::splat(0.0);
     let is_finite = |v: &u32| (0..P::DIM).all(|axis| points[*v as usize].coord(axis).is_finite());
     let mut order: Vec<u32> = (0..points.len() as u32).filter(is_finite).collect();

@@ -14,8 +14,10 @@
 
 use crate::clip::{self, Measures};
 use crate::dimension::Dimension;
-use crate::dual::{circumcentre, parts, space_part};
+use crate::double::circumradius;
+use crate::dual::{circumcentre, is_thin, parts, space_part};
 use crate::error::QueryError;
+use crate::exact;
 use crate::loops;
 use crate::ragged::Ragged;
 use crate::seen::Seen;
@@ -54,9 +56,17 @@ impl<P: Dimension> Tessellation<P> {
         loops::map(self.cells.len(), one)
     }
 
-    /// Returns the circumradius of each cell. It is infinite if it is beyond the range of floats.
+    /// Returns the circumradius of each cell, with a relative error below `1e-14`. It is infinite if it is beyond the range of
+    /// floats.
     pub fn circumradii(&self) -> Vec<f64> {
-        let radius = |cell: usize| circumcentre(&self.corners(cell as u32)).norm2().sqrt();
+        let radius = |cell: usize| {
+            let corners = self.corners(cell as u32);
+            if is_thin(&corners) {
+                exact::circumcentre(&corners).norm2().sqrt()
+            } else {
+                circumradius(&corners)
+            }
+        };
         loops::map(self.cells.len(), |cell| self.unscaled(radius(cell), 1))
     }
 
@@ -142,7 +152,9 @@ impl<P: Dimension> Tessellation<P> {
             rows
         });
         let mut all = Ragged::default();
-        blocks.iter().for_each(|rows| all.append(rows));
+        for rows in &blocks {
+            all.append(rows);
+        }
         Ok(all)
     }
 

@@ -1,0 +1,286 @@
+//! Meshes of domains.
+
+use std::path::Path;
+
+use glam::{DVec2, DVec3};
+use numpy::{PyReadonlyArray1, PyReadonlyArray2, PyUntypedArrayMethods};
+use pyo3::prelude::*;
+use septet_core::mesh::field::SizeField;
+use septet_core::mesh::labelled::Labelled;
+use septet_core::mesh::{Dimension, MESH_OPTIONS, MakeError, MeshError, MeshKeep, MeshSpec, check, make_of};
+use septet_core::model::{Labels, MeshView};
+use septet_core::spec::row;
+use septet_core::{Door, Remedy};
+use septet_doors::{Code, Failure};
+use septet_io::read::{AnyInput, InputError, read_domain};
+use septet_io::write::{WriteOptions, check_output, write};
+use septet_lab::report::mesh::{CheckedMesh, MeshContext, MeshReport, feature_name};
+use septet_meshing::input::{DomainKind, Input, InputSegment};
+
+use crate::arrays::{self, Array, Width, flat};
+use crate::errors;
+use crate::watch::Watch;
+
+/// The stages that progress reports.
+const STAGES: [&str; 3] = ["domain", "mesh", "report"];
+
+/// The mesh behind `septet.Mesh`.
+#[pyclass(frozen, module = "septet._septet")]
+pub struct Meshed {
+    dimension: usize,
+    points: Vec<f64>,
+    cells: Vec<u64>,
+    labels: Labels,
+    quality: String,
+    first_id: u64,
+    width: Width,
+}
+
+/// A reason why there is no mesh.
+enum NoMesh {
+    File(InputError),
+    /// The domain has defects.
+    Domain(String, Vec<String>),
+    Failed(Failure),
+}
+
+impl NoMesh {
+    fn raised(self, py: Python<'_>) -> PyErr {
+        match self {
+            NoMesh::File(error) => errors::of_input(py, &error),
+            NoMesh::Domain(message, defects) => {
+                errors::exception(py, "DomainError", &message, [("defects", defects)])
+            }
+            NoMesh::Failed(failure) => errors::raise(py, &failure),
+        }
+    }
+
+    fn of(code: Code, message: &str, remedy: Option<Remedy>) -> Self {
+        NoMesh::Failed(Failure::new(code, errors::with_remedy(message, remedy)))
+    }
+}
+
+/// Returns the request of a mesh with these options, as key and value.
+fn request_of(options: &[(String, String)], watch: &Watch) -> Result<MeshSpec, NoMesh> {
+    let mut request = MeshSpec::default();
+    for (name, value) in options {
+        let set = match MESH_OPTIONS.iter().find(|row| row.name == name) {
+            Some(row) => row.set(&mut request, value),
+            None => row(name).set(&mut request.run, value),
+        };
+        set.map_err(|error| NoMesh::of(Code::Usage, &error.to_string(), error.remedy()))?;
+    }
+    request.run.check().map_err(|error| NoMesh::of(Code::Usage, &error.to_string(), error.remedy()))?;
+    request.run.control.cancel = Some(watch.flag());
+    Ok(request)
+}
+
+/// Returns a domain of points and polygons: a closed surface, or the closed loops of the boundary of a plane region.
+fn domain_of(points: &[f64], columns: usize, (offsets, vertices): (&[i64], &[i64])) -> AnyInput {
+    let vertex = |&v: &i64| u32::try_from(v).unwrap_or(u32::MAX);
+    let loops = offsets.windows(2).map(|ends| {
+        vertices[ends[0] as usize..ends[1] as usize].iter().map(vertex).collect::<Vec<u32>>()
+    });
+    if columns == 3 {
+        let points = points.as_chunks().0.iter().copied().map(DVec3::from_array).collect();
+        return AnyInput::Space(Input::surface(points, loops));
+    }
+    let points = points.as_chunks().0.iter().copied().map(DVec2::from_array).collect();
+    let mut input = Input::new(DomainKind::Complex, points);
+    for polygon in loops {
+        let ends = polygon.iter().zip(polygon.iter().cycle().skip(1));
+        input.segments.extend(ends.map(|(&a, &b)| InputSegment { ends: [a, b], marker: 0 }));
+    }
+    AnyInput::Plane(input)
+}
+
+/// Returns the reason for an error of generation.
+fn refused<P: Dimension>(
+    error: MakeError<P>,
+    name: impl Fn(septet_meshing::domain::Feature) -> String,
+) -> NoMesh {
+    let (message, remedy) = (error.to_string(), error.remedy());
+    match error {
+        MakeError::Mesh(MeshError::Missing { features }) => {
+            let defects = features.iter().map(|&(feature, parts)| format!("{}: {parts} parts", name(feature)));
+            NoMesh::Domain(errors::with_remedy(&message, remedy), defects.collect())
+        }
+        MakeError::Mesh(MeshError::Run(error)) => NoMesh::Failed(Failure::of_run(&error, Door::Python)),
+        MakeError::Mesh(MeshError::Memory { forecast, limit, .. }) => {
+            let mut failure = Failure::new(Code::Limit, errors::with_remedy(&message, remedy));
+            failure.forecast = Some(septet_doors::Forecast { bytes: forecast, limit });
+            NoMesh::Failed(failure)
+        }
+        MakeError::Mesh(MeshError::TooMany { .. }) => NoMesh::of(Code::Limit, &message, remedy),
+        MakeError::Mesh(MeshError::Dimension { .. } | MeshError::Size(_) | MeshError::Unsupported(_)) => {
+            NoMesh::of(Code::Usage, &message, remedy)
+        }
+        _ => NoMesh::of(Code::Failed, &message, remedy),
+    }
+}
+
+/// Checks a domain and meshes it.
+fn meshed<P: Dimension>(
+    input: &Input<P>,
+    (request, first_id): (&MeshSpec, u64),
+    watch: &Watch,
+) -> Result<Meshed, NoMesh> {
+    let domain = check(input).map_err(|defects| {
+        let defects: Vec<String> =
+            defects.iter().map(|defect| format!("{}: {}", defect.kind(), defect.in_file(first_id))).collect();
+        let first = defects.first().cloned().unwrap_or_default();
+        NoMesh::Domain(format!("the domain has {} defects; the first is {first}", defects.len()), defects)
+    })?;
+    note(watch, 1);
+    let named = |feature| feature_name(&domain, feature, first_id);
+    let made = make_of(&domain, request, MeshKeep::default()).map_err(|error| refused(error, named))?;
+    note(watch, 2);
+    let checked = CheckedMesh {
+        domain: &domain,
+        request,
+        mesh: &made.mesh,
+        stages: &made.stages,
+        quality: &made.quality,
+        conformity: &made.conformity,
+        run_log: &made.run_log,
+        picture: None,
+    };
+    let report = MeshReport::of(&checked, &MeshContext { first_id, ..MeshContext::default() });
+    let quality = serde_json::to_string(&report.quality);
+    let quality = quality.map_err(|error| NoMesh::of(Code::Failed, &error.to_string(), None))?;
+    let labelled = Labelled::of(&domain, &made.mesh);
+    let view = labelled.view();
+    Ok(Meshed {
+        dimension: P::DIM,
+        width: Width::of(view.point_count(), view.cell_count()),
+        points: view.coordinates.to_vec(),
+        cells: view.cells.to_vec(),
+        labels: view.labels.cloned().unwrap_or_default(),
+        quality,
+        first_id,
+    })
+}
+
+fn note(watch: &Watch, stage: usize) {
+    watch.note(STAGES[stage], stage as u64, STAGES.len() as u64);
+}
+
+/// A domain of Python: a file, or points with polygons as offsets and vertices.
+#[derive(FromPyObject)]
+enum Domain<'py> {
+    File(String),
+    Surface(PyReadonlyArray2<'py, f64>, PyReadonlyArray1<'py, i64>, PyReadonlyArray1<'py, i64>),
+}
+
+#[pymethods]
+impl Meshed {
+    #[new]
+    #[pyo3(signature = (domain, options, size_field, threads, progress))]
+    fn new(
+        py: Python<'_>,
+        domain: Domain<'_>,
+        options: Vec<(String, String)>,
+        size_field: Option<(PyReadonlyArray2<'_, f64>, PyReadonlyArray1<'_, f64>)>,
+        threads: Option<usize>,
+        progress: Option<Py<PyAny>>,
+    ) -> PyResult<Self> {
+        let watch = Watch::new(progress);
+        let mut request = request_of(&options, &watch).map_err(|error| error.raised(py))?;
+        if let Some((places, sizes)) = &size_field {
+            let (dimension, places, sizes) = (places.shape()[1], flat(places)?, sizes.as_slice()?);
+            let at = |row: &[f64]| [row[0], row[1], row.get(2).copied().unwrap_or(0.0)];
+            let rows = places.chunks_exact(dimension).map(at).zip(sizes.iter().copied()).collect();
+            request.sizes.field = Some(SizeField { dimension, rows });
+        }
+        let given = match &domain {
+            Domain::File(_) => None,
+            Domain::Surface(points, offsets, vertices) => {
+                let columns = points.shape()[1];
+                Some(domain_of(flat(points)?, columns, (offsets.as_slice()?, vertices.as_slice()?)))
+            }
+        };
+        let path = if let Domain::File(path) = &domain { Some(path.clone()) } else { None };
+        let call = watch.call(threads);
+        let work = || {
+            note(&watch, 0);
+            let (input, first_id) = match (given, path) {
+                (Some(input), _) => (input, 0),
+                (None, path) => {
+                    let path = path.unwrap_or_default();
+                    let file = read_domain(Path::new(&path), &mut |_, _| watch.unwind_if_cancelled());
+                    let file = file.map_err(NoMesh::File)?;
+                    (file.input, file.first_id)
+                }
+            };
+            match &input {
+                AnyInput::Plane(input) => meshed(input, (&request, first_id), &watch),
+                AnyInput::Space(input) => meshed(input, (&request, first_id), &watch),
+            }
+        };
+        // A small domain may have a large mesh, so each call is watched.
+        watch.run(py, usize::MAX, || call.within(work))?.map_err(|error| error.raised(py))
+    }
+
+    #[getter]
+    fn ndim(&self) -> usize {
+        self.dimension
+    }
+
+    fn points(&self, py: Python<'_>) -> PyResult<Array> {
+        arrays::rows(py, self.points.clone(), self.dimension)
+    }
+
+    fn cells(&self, py: Python<'_>) -> PyResult<Array> {
+        self.width.rows(py, narrow(&self.cells), self.dimension + 1)
+    }
+
+    fn cell_regions(&self, py: Python<'_>) -> PyResult<Array> {
+        self.width.list(py, self.labels.regions.clone())
+    }
+
+    fn facets(&self, py: Python<'_>) -> PyResult<Array> {
+        self.width.rows(py, narrow(&self.labels.faces.vertices), self.dimension)
+    }
+
+    fn facet_markers(&self, py: Python<'_>) -> PyResult<Array> {
+        let markers = &self.labels.faces.markers;
+        let small: Result<Vec<i32>, _> = markers.iter().map(|&marker| i32::try_from(marker)).collect();
+        match small {
+            Ok(small) if self.width == Width::Narrow => arrays::list(py, small),
+            _ => arrays::list(py, markers.clone()),
+        }
+    }
+
+    /// Returns the quality as JSON.
+    fn quality(&self) -> &str {
+        &self.quality
+    }
+
+    fn write(&self, py: Python<'_>, path: &str) -> PyResult<()> {
+        let path = Path::new(path);
+        let options = WriteOptions { first_id: self.first_id, ..WriteOptions::default() };
+        check_output(path, &options).map_err(|error| errors::of_output(py, &error))?;
+        let view = MeshView {
+            dimension: self.dimension,
+            coordinates: &self.points,
+            heights: None,
+            cells: &self.cells,
+            owner: None,
+            owning_leaf: None,
+            run: None,
+            labels: Some(&self.labels),
+        };
+        let watch = Watch::new(None);
+        let call = watch.call(None);
+        let size = self.cells.len();
+        let written = watch.run(py, size, || {
+            call.within(|| write(path, &view, &options, &mut |_, _| watch.unwind_if_cancelled()))
+        })?;
+        written.map(|_| ()).map_err(|error| errors::of_output(py, &error))
+    }
+}
+
+/// Returns indices of 32 bits. A mesh has no more points.
+fn narrow(ids: &[u64]) -> Vec<u32> {
+    ids.iter().map(|&id| id as u32).collect()
+}

@@ -1,0 +1,217 @@
+"""Meshes of domains."""
+
+from __future__ import annotations
+
+import json
+import os
+from typing import TYPE_CHECKING, Any, Dict, List, Optional, Tuple, Union
+
+import numpy as np
+
+from . import _arguments as arguments
+from . import _septet
+from ._errors import OptionError
+from ._lazy import Lazy
+
+if TYPE_CHECKING:
+    import numpy.typing as npt
+
+
+class Mesh(Lazy):
+    """A mesh of a domain. `mesh` makes it.
+
+    Attributes
+    ----------
+    points : ndarray of shape (n, d)
+        The vertices.
+    cells : ndarray of int of shape (m, d + 1)
+        The triangles or tetrahedra, positively oriented.
+    cell_regions : ndarray of int of shape (m,)
+        The component of the domain of each cell, from 1.
+    facets : ndarray of int of shape (f, d)
+        Faces on the boundary and on inner features, oriented outward from their first cell.
+    facet_markers : ndarray of int of shape (f,)
+        The marker of the feature of each facet.
+    quality : dict
+        Shapes, sizes and angles of the cells, as in the report of ``septet mesh --json``.
+    """
+
+    __module__ = "septet"
+    __slots__ = ("_core",)
+    _core: _septet.Meshed
+
+    def __init__(self) -> None:
+        raise TypeError("septet.mesh makes a Mesh")
+
+    @classmethod
+    def _of(cls, core: _septet.Meshed) -> Mesh:
+        made = cls.__new__(cls)
+        made._set("_core", core)
+        made._set("_cache", {})
+        return made
+
+    def __repr__(self) -> str:
+        return f"<septet.Mesh: {len(self.points)} points, {len(self.cells)} cells, {self.points.shape[1]} dimensions>"
+
+    @property
+    def points(self) -> Any:
+        """(n, d). The vertices."""
+        return self._made("points", self._core.points)
+
+    @property
+    def cells(self) -> Any:
+        """(m, d + 1). The triangles or tetrahedra."""
+        return self._made("cells", self._core.cells)
+
+    @property
+    def cell_regions(self) -> Any:
+        """(m,). The component of the domain of each cell, from 1."""
+        return self._made("cell_regions", self._core.cell_regions)
+
+    @property
+    def facets(self) -> Any:
+        """(f, d). Faces on the boundary and on inner features, oriented outward from their first cell."""
+        return self._made("facets", self._core.facets)
+
+    @property
+    def facet_markers(self) -> Any:
+        """(f,). The marker of the feature of each facet."""
+        return self._made("facet_markers", self._core.facet_markers)
+
+    @property
+    def quality(self) -> Dict[str, Any]:
+        """Shapes, sizes and angles of the cells, as in the report of ``septet mesh --json``."""
+        made: Dict[str, Any] = json.loads(self._core.quality())
+        return made
+
+    def write(self, path: "str | os.PathLike[str]") -> None:
+        """Write any format of ``septet mesh -o``, by the ending."""
+        self._core.write(os.fspath(path))
+
+    def to_meshio(self) -> Any:
+        """Return a meshio.Mesh with the regions as cell data. Needs meshio."""
+        from ._convert import to_meshio
+
+        return to_meshio(self.points, self.cells, {"region": self.cell_regions})
+
+    def to_pyvista(self) -> Any:
+        """Return a pyvista.UnstructuredGrid with the regions as cell data. Needs pyvista."""
+        from ._convert import to_pyvista
+
+        return to_pyvista(self.points, self.cells, {"region": self.cell_regions})
+
+
+def mesh(
+    domain: "str | os.PathLike[str] | Tuple[npt.ArrayLike, Any]",
+    *,
+    size: Optional[float] = None,
+    min_size: Optional[float] = None,
+    size_field: Optional[Tuple[npt.ArrayLike, npt.ArrayLike]] = None,
+    boundary: Optional[str] = None,
+    max_distance: Optional[float] = None,
+    feature_angle: float = 60.0,
+    improve: bool = False,
+    threads: Optional[int] = None,
+    seed: int = 1,
+    max_memory: Optional[int] = None,
+    progress: Optional[Any] = None,
+) -> Mesh:
+    """Mesh a domain.
+
+    Parameters
+    ----------
+    domain : str, path, or tuple
+        A file of ``septet mesh``, or the points and the polygons of a closed surface. In the plane, polygons are the closed
+        loops of the boundary.
+    size : float, optional
+        Upper limit of the size.
+    min_size : float, optional
+        Lower limit of the size. It overrides every other size.
+    size_field : tuple of array_like, optional
+        Points of shape (n, d) and the size at each.
+    boundary : {'exact', 'remesh'}, optional
+        Whether all facets are kept, or only corners and ridges of a surface. By default, 'remesh' for surfaces.
+    max_distance : float, optional
+        Largest distance between a surface and its remeshed boundary.
+    feature_angle : float, optional
+        Edges whose faces turn by more degrees are ridges.
+    improve : bool, optional
+        Whether slivers are removed.
+    threads : int, optional
+        Number of threads; all cores by default.
+    seed : int, optional
+        Seed of the random draws.
+    max_memory : int, optional
+        The most memory that the process may use, in bytes.
+    progress : callable, optional
+        Called with the stage, its position, and the number of stages, on the caller's thread.
+
+    Returns
+    -------
+    Mesh
+
+    Raises
+    ------
+    DomainError
+        If the domain has defects, or if features cannot be recovered.
+
+    Examples
+    --------
+    >>> import septet
+    >>> square = [[0, 0], [1, 0], [1, 1], [0, 1]]
+    >>> made = septet.mesh((square, [[0, 1, 2, 3]]), size=0.5)
+    >>> sorted(set(made.cell_regions.tolist()))
+    [1]
+    """
+    if not isinstance(improve, (bool, np.bool_)):
+        raise OptionError(f"improve must be True or False, not {improve!r}")
+    options: List[Tuple[str, str]] = [("seed", str(arguments.whole(seed, "seed", 0, 2**64 - 1)))]
+    given = {"size": size, "min-size": min_size, "max-distance": max_distance, "feature-angle": feature_angle}
+    for name, value in given.items():
+        if value is not None:
+            options.append((name, repr(arguments.number(value, name.replace("-", "_")))))
+    if size is not None and min_size is not None and float(min_size) > float(size):
+        raise OptionError("min_size is larger than size and would override it everywhere; reduce min_size, or omit it")
+    if boundary is not None:
+        options.append(("boundary", arguments.word(boundary, "boundary", ("exact", "remesh"))))
+    if improve:
+        options.append(("improve", "true"))
+    count = arguments.threads(threads)
+    if count is not None:
+        options.append(("threads", str(count)))
+    limit = arguments.memory(max_memory)
+    if limit is not None:
+        options.append(("max-memory", str(limit)))
+    field = None if size_field is None else _field(size_field)
+    core = _septet.Meshed(_domain(domain), options, field, count, arguments.progress(progress))
+    return Mesh._of(core)
+
+
+def _domain(domain: Any) -> Union[str, Tuple[Any, Any, Any]]:
+    """Converts a domain: a path, or points with polygons as offsets and vertices."""
+    if isinstance(domain, (str, os.PathLike)):
+        path = os.fspath(domain)
+        return path if isinstance(path, str) else os.fsdecode(path)
+    try:
+        points, polygons = domain
+    except (TypeError, ValueError):
+        raise ValueError("domain must be a file, or the pair (points, polygons) of a closed surface") from None
+    rows = arguments.points(points)
+    loops = [arguments.indices(polygon, "polygons").reshape(-1) for polygon in polygons]
+    offsets = np.zeros(len(loops) + 1, dtype=np.int64)
+    np.cumsum([len(loop) for loop in loops], out=offsets[1:])
+    flat = np.concatenate(loops) if loops else np.zeros(0, dtype=np.int64)
+    if flat.size and not (0 <= int(flat.min()) and int(flat.max()) < len(rows)):
+        raise ValueError(f"polygons must have indices from 0 to {len(rows) - 1}")
+    return rows, offsets, flat
+
+
+def _field(size_field: Any) -> Tuple[Any, Any]:
+    try:
+        places, sizes = size_field
+    except (TypeError, ValueError):
+        raise ValueError("size_field must be the pair (points, sizes)") from None
+    rows, values = arguments.points(places, "size_field"), arguments.floats(sizes, "size_field")
+    if values.shape != (len(rows),):
+        raise ValueError(f"size_field must have one size for each of its {len(rows)} points")
+    return rows, values

@@ -1,0 +1,13 @@
+"""Types of arguments and results."""
+
+from __future__ import annotations
+
+from typing import Callable, Literal, Union
+
+import numpy as np
+import numpy.typing as npt
+
+Ids = Union[npt.NDArray[np.int32], npt.NDArray[np.int64]]
+Floats = npt.NDArray[np.float64]
+Method = Union[Literal["linear"], Literal["sibson"], Literal["laplace"]]
+Progress = Callable[[str, int, int], None]

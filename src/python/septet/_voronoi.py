@@ -1,0 +1,197 @@
+"""The class Voronoi."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any, Optional, Tuple, Union
+
+import numpy as np
+
+from . import _arguments as arguments
+from . import _septet
+from ._delaunay import Delaunay
+from ._lazy import Lazy
+from ._ragged import Ragged
+
+if TYPE_CHECKING:
+    import numpy.typing as npt
+
+
+class Voronoi(Lazy):
+    """The Voronoi diagram of points, unbounded or clipped to a box.
+
+    Names of `scipy.spatial.Voronoi` hold where both have them.
+
+    Parameters
+    ----------
+    points : array_like of shape (n, 2) or (n, 3), or Delaunay
+        The points, or their triangulation.
+    box : tuple of array_like, optional
+        The corners (low, high) of a box, which must contain all points. Volumes, centroids and areas are then those of the
+        parts in the box. Vertices, ridges and regions are those of the unbounded diagram.
+    threads : int, optional
+        Number of threads; all cores by default.
+
+    Raises
+    ------
+    PointError
+        If a point is not finite or lies outside of the box.
+
+    Attributes
+    ----------
+    vertices : ndarray of shape (v, d)
+        The circumcentres of the simplices.
+    ridge_points : ndarray of int of shape (r, 2)
+        The two points of each ridge, smaller first, sorted.
+    ridge_vertices : Ragged
+        The vertices of each ridge in order around it, -1 for infinity.
+    volumes : ndarray of shape (n,)
+        Areas or volumes of the cells; inf if unbounded, 0 for duplicates.
+
+    Examples
+    --------
+    >>> import septet
+    >>> cells = septet.Voronoi([[1, 1], [3, 1], [1, 3], [3, 3]], box=([0, 0], [4, 4]))
+    >>> cells.volumes
+    array([4., 4., 4., 4.])
+    >>> septet.Voronoi([[1, 1], [3, 1], [1, 3], [3, 3]]).volumes
+    array([inf, inf, inf, inf])
+    """
+
+    __module__ = "septet"
+    __slots__ = ("_delaunay", "_box", "_threads")
+    _delaunay: Delaunay
+    _box: Optional[Tuple[Any, Any]]
+    _threads: Optional[int]
+
+    def __init__(
+        self,
+        points: Union[npt.ArrayLike, Delaunay],
+        *,
+        box: Optional[Tuple[npt.ArrayLike, npt.ArrayLike]] = None,
+        threads: Optional[int] = None,
+    ) -> None:
+        threads = arguments.threads(threads)
+        delaunay = points if isinstance(points, Delaunay) else Delaunay(points, threads=threads)
+        corners = None if box is None else _corners(box, delaunay.ndim)
+        self._set("_delaunay", delaunay)
+        self._set("_box", corners)
+        self._set("_threads", threads)
+        self._set("_cache", {})
+        if corners is not None:
+            # Points outside of the box are errors of this call.
+            self._cache["volumes"] = self._make_volumes()
+
+    def __reduce__(self) -> Any:
+        return _restored, (self._delaunay, self._box)
+
+    def __copy__(self) -> Voronoi:
+        return self
+
+    def __deepcopy__(self, memo: Any) -> Voronoi:
+        return self
+
+    def __repr__(self) -> str:
+        where = "unbounded" if self._box is None else "in a box"
+        return f"<septet.Voronoi: {len(self.points)} points, {self._delaunay.ndim} dimensions, {where}>"
+
+    @property
+    def points(self) -> Any:
+        """(n, d). A copy of the argument."""
+        return self._delaunay.points
+
+    @property
+    def delaunay(self) -> Delaunay:
+        """The triangulation of the points."""
+        return self._delaunay
+
+    @property
+    def vertices(self) -> Any:
+        """(v, d). The circumcentres, in the order of the simplices, each once."""
+        return self._delaunay.circumcenters
+
+    def _ridges(self) -> Tuple[Any, Ragged, Any]:
+        def make() -> Tuple[Any, Ragged, Any]:
+            points, offsets, vertices, areas = _septet.voronoi_ridges(self._delaunay._core, self._box, self._threads)
+            return points, Ragged(offsets, vertices), areas
+
+        made: Tuple[Any, Ragged, Any] = self._made("ridges", make)
+        return made
+
+    @property
+    def ridge_points(self) -> Any:
+        """(r, 2). The two points of each ridge, smaller first, sorted."""
+        return self._ridges()[0]
+
+    @property
+    def ridge_vertices(self) -> Ragged:
+        """The vertices of each ridge in order around it, -1 for infinity."""
+        return self._ridges()[1]
+
+    @property
+    def ridge_areas(self) -> Any:
+        """(r,). Lengths or areas; inf if unbounded."""
+        return self._ridges()[2]
+
+    @property
+    def regions(self) -> Ragged:
+        """The vertices of each region, sorted, -1 for infinity."""
+        made: Ragged = self._made(
+            "regions", lambda: Ragged(*_septet.voronoi_regions(self._delaunay._core, self._threads))
+        )
+        return made
+
+    @property
+    def point_region(self) -> Any:
+        """(n,). The region of each point: that of its vertex for a duplicate."""
+
+        def make() -> Any:
+            duplicates = self._delaunay.duplicates
+            regions = np.arange(len(self.points), dtype=duplicates.dtype)
+            regions[duplicates[:, 0]] = duplicates[:, 1]
+            regions[self._delaunay.skipped] = -1
+            return arguments.frozen(regions)
+
+        return self._made("point_region", make)
+
+    def _make_volumes(self) -> Any:
+        return _septet.voronoi_volumes(self._delaunay._core, self._box, self._threads)
+
+    @property
+    def volumes(self) -> Any:
+        """(n,). Areas or volumes of the cells; inf if unbounded, 0 for duplicates. With a box, they add up to its volume."""
+        return self._made("volumes", self._make_volumes)
+
+    @property
+    def centroids(self) -> Any:
+        """(n, d). Centroids of the cells; NaN if unbounded."""
+        return self._made(
+            "centroids", lambda: _septet.voronoi_centroids(self._delaunay._core, self._box, self._threads)
+        )
+
+    def to_meshio(self) -> Any:
+        """Return a meshio.Mesh with the bounded ridges: lines or polygons. Needs meshio."""
+        from ._convert import ridges_to_meshio
+
+        return ridges_to_meshio(self)
+
+    def to_pyvista(self) -> Any:
+        """Return a pyvista.PolyData with the bounded ridges, and their points and areas as cell data. Needs pyvista."""
+        from ._convert import ridges_to_pyvista
+
+        return ridges_to_pyvista(self)
+
+
+def _corners(box: Any, ndim: int) -> Tuple[Any, Any]:
+    """Checks the corners of a box."""
+    try:
+        low, high = box
+    except (TypeError, ValueError):
+        raise ValueError("box must be the pair (low, high) of its corners") from None
+    corners = arguments.floats(low, "box"), arguments.floats(high, "box")
+    if any(corner.shape != (ndim,) for corner in corners):
+        raise ValueError(f"the corners of box must have the shape ({ndim},)")
+    return corners
+
+
+def _restored(delaunay: Delaunay, box: Any) -> Voronoi:
+    return Voronoi(delaunay, box=box)

@@ -1,0 +1,66 @@
+//! Voronoi diagrams.
+
+use numpy::PyReadonlyArray1;
+use pyo3::prelude::*;
+use septet_doors::Triangulated;
+
+use crate::arrays::{self, Array};
+use crate::delaunay::Core;
+
+/// A box: its lower and its upper corner.
+type Corners<'py> = (PyReadonlyArray1<'py, f64>, PyReadonlyArray1<'py, f64>);
+
+/// Runs a query of the Voronoi diagram in a box, or of the unbounded one.
+macro_rules! within {
+    ($py:ident, $of:ident, $corners:ident, $threads:ident, $query:ident) => {{
+        let corners = $corners.as_ref().map(|(low, high)| Ok::<_, PyErr>((low.as_slice()?, high.as_slice()?)));
+        let corners = corners.transpose()?;
+        $of.ask($py, ($of.made.cell_count(), $threads), |t, call| t.$query(corners, call))
+    }};
+}
+
+/// Returns the area or volume of each Voronoi cell.
+#[pyfunction]
+pub fn voronoi_volumes(
+    py: Python<'_>,
+    of: &Core,
+    corners: Option<Corners<'_>>,
+    threads: Option<usize>,
+) -> PyResult<Array> {
+    arrays::list(py, within!(py, of, corners, threads, voronoi_volumes)?)
+}
+
+/// Returns the centroid of each Voronoi cell.
+#[pyfunction]
+pub fn voronoi_centroids(
+    py: Python<'_>,
+    of: &Core,
+    corners: Option<Corners<'_>>,
+    threads: Option<usize>,
+) -> PyResult<Array> {
+    arrays::rows(py, within!(py, of, corners, threads, voronoi_centroids)?, of.made.columns())
+}
+
+/// Returns the points of the ridges, their vertices as rows (offsets and entries), and their areas.
+#[pyfunction]
+pub fn voronoi_ridges(
+    py: Python<'_>,
+    of: &Core,
+    corners: Option<Corners<'_>>,
+    threads: Option<usize>,
+) -> PyResult<(Array, Array, Array, Array)> {
+    let found = within!(py, of, corners, threads, ridges)?;
+    Ok((
+        of.width.rows(py, found.points.into_flattened(), 2)?,
+        arrays::offsets(py, found.vertices.offsets)?,
+        of.width.list(py, found.vertices.indices)?,
+        arrays::list(py, found.areas)?,
+    ))
+}
+
+/// Returns the vertices of the cell of each point as rows: offsets and entries.
+#[pyfunction]
+pub fn voronoi_regions(py: Python<'_>, of: &Core, threads: Option<usize>) -> PyResult<(Array, Array)> {
+    let found = of.ask(py, (of.made.cell_count(), threads), Triangulated::voronoi_regions)?;
+    Ok((arrays::offsets(py, found.offsets)?, of.width.list(py, found.indices)?))
+}
