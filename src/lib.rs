@@ -348,7 +348,7 @@ pub use septet_lab::assertions;
 pub use septet_lab::trace;
 
 /// The guide: the paper step by step, terms, the machine and its counts, options, formats, exit codes, reports, traces,
-/// experiments, clusters.
+/// experiments, clusters, and for Python a comparison with `SciPy` and a gallery.
 pub mod guide {
     #[doc = include_str!("guide/paper.md")]
     pub mod paper {}
@@ -379,6 +379,12 @@ pub mod guide {
 
     #[doc = include_str!("guide/cluster.md")]
     pub mod cluster {}
+
+    #[doc = include_str!("guide/scipy.md")]
+    pub mod scipy {}
+
+    #[doc = include_str!("guide/gallery.md")]
+    pub mod gallery {}
 }
 
 /// Support for tests of machines: planted faults, and machines that the caller starts.
