@@ -9,7 +9,7 @@
 //! | rows, neighbours, hull, vertices that edges join, volumes, shapes | [`tessellation`], `rows`, `incidence` |
 //! | a triangulation from its cells | `restored` |
 //! | the cell of a query, the nearest vertex | `locate`, `nearest` |
-//! | Voronoi vertices, ridges, areas, volumes, centroids | [`voronoi`], `dual`, `double`, `clip`, `centroids` |
+//! | Voronoi vertices, ridges, areas, volumes, centroids | [`voronoi`], `dual`, `double`, `clip`, `centroids`, [`clipped`] |
 //! | barycentric coordinates, gradients, weights of interpolations | [`weights`], `linear`, `natural` |
 //! | alpha complexes and shapes | [`alpha`] |
 //! | exact signs and ratios in rare cases | `exact` |
@@ -17,6 +17,7 @@
 pub mod alpha;
 mod centroids;
 mod clip;
+pub mod clipped;
 pub mod dimension;
 mod double;
 mod dual;
@@ -39,6 +40,7 @@ pub mod voronoi;
 pub mod weights;
 
 pub use alpha::{AlphaFiltration, AlphaShape};
+pub use clipped::Clipped;
 pub use dimension::Dimension;
 pub use error::{QueryError, RowFault};
 pub use ragged::Ragged;
