@@ -324,7 +324,7 @@ class Run:
         """The rows `rounds` of the report, with its names: round, phase, active, messages, bytes, largest, and so on."""
     @property
     def levels(self) -> npt.NDArray[np.void]:
-        """The rows `tree.levels` of the report, with its names."""
+        """The rows `tree.by_level` of the report, with its names."""
     def check(self, claim: str) -> None:
         """Raises AssertionError if a claim about the counts, such as "levels(1.5, -5.0)", does not hold."""
     def write(self, path: str | os.PathLike[str]) -> None:

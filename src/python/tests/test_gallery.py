@@ -90,10 +90,10 @@ def write() -> None:
         with tempfile.TemporaryDirectory() as folder:
             output = run(name, Path(folder) / "picture.png")
             picture = Image.open(Path(folder) / "picture.png").convert("RGB")
-        picture.quantize(128, dither=Image.Dither.NONE).save(GALLERY / f"{name}.png", optimize=True)
+        picture.quantize(96, dither=Image.Dither.NONE).save(GALLERY / f"{name}.png", optimize=True)
         if PAGE.exists():
             old = section(name)
-            new = old.replace(fenced(old, "text"), output)
+            new = old.replace(f"```text\n{fenced(old, 'text')}```", f"```text\n{output}```")
             PAGE.write_text(PAGE.read_text().replace(old, new))
         print(output)
 
