@@ -16,6 +16,7 @@
 
 pub mod alpha;
 pub mod call;
+pub mod clipped;
 pub mod failure;
 mod queries;
 mod rows;
@@ -26,6 +27,7 @@ pub mod voronoi;
 
 pub use alpha::{Filtration, Shape};
 pub use call::{Call, Request};
+pub use clipped::Clipped;
 pub use failure::{Failure, Forecast};
 pub use septet_core::{Code, Door};
 pub use septet_queries::{Barycentric, Method, NONE, Ragged, Ridges, Weights};

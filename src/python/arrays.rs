@@ -8,6 +8,9 @@ use septet_doors::NONE;
 /// From this number of points or simplices on, indices have 64 bits.
 const WIDE: usize = 1 << 31;
 
+/// Number of sides of a box in space, which ridges name by negative numbers.
+const SIDES: u32 = 6;
+
 /// An array of Python.
 pub type Array = Py<PyAny>;
 
@@ -49,7 +52,9 @@ fn narrow(ids: Vec<u32>) -> Vec<i32> {
 }
 
 fn wide(ids: &[u32]) -> Vec<i64> {
-    ids.iter().map(|&id| if id == NONE { -1 } else { i64::from(id) }).collect()
+    // The last numbers are none and the sides of a box.
+    let signed = |id: u32| if id > NONE - SIDES { i64::from(id.cast_signed()) } else { i64::from(id) };
+    ids.iter().map(|&id| signed(id)).collect()
 }
 
 /// Returns an array of one dimension that owns a buffer.
@@ -83,5 +88,7 @@ fn frozen<T: Element>(py: Python<'_>, values: Vec<T>) -> PyResult<Bound<'_, PyAr
 
 /// Returns the numbers of an array of rows.
 pub fn flat<'a>(array: &'a PyReadonlyArray2<'_, f64>) -> PyResult<&'a [f64]> {
-    array.as_slice().map_err(|_| PyValueError::new_err("an array must be C-contiguous; use numpy.ascontiguousarray"))
+    array
+        .as_slice()
+        .map_err(|_| PyValueError::new_err("an array must be C-contiguous; use numpy.ascontiguousarray"))
 }

@@ -55,7 +55,11 @@ impl Core {
     fn report(&self) -> Option<String> {
         let run = self.made.run()?;
         let spec = Request::new(Call::new(septet_core::Door::Python)).spec();
-        let context = RunContext { command: "triangulate", threads: spec.machine.thread_count(), ..RunContext::default() };
+        let context = RunContext {
+            command: "triangulate",
+            threads: spec.machine.thread_count(),
+            ..RunContext::default()
+        };
         RunReport::of(run, &spec, &context).to_json().ok()
     }
 }
@@ -99,17 +103,28 @@ impl Core {
         stats: String,
     ) -> PyResult<Self> {
         let columns = points.shape()[1];
-        let wrong = || errors::plain(py, "InputError", "the simplices of the pickle do not fit its points; make it again");
+        let wrong = || {
+            errors::plain(
+                py,
+                "InputError",
+                "the simplices of the pickle do not fit its points; make it again",
+            )
+        };
         if simplices.shape()[1] != columns + 1 {
             return Err(wrong());
         }
         let (points, rows) = (flat(&points)?, simplices.as_slice().map_err(|_| wrong())?);
-        let cells: Vec<u32> = rows.iter().map(|&v| u32::try_from(v)).collect::<Result<_, _>>().map_err(|_| wrong())?;
+        let cells: Vec<u32> =
+            rows.iter().map(|&v| u32::try_from(v)).collect::<Result<_, _>>().map_err(|_| wrong())?;
         let watch = Watch::new(None);
         let call = watch.call(None);
         let made = watch.run(py, points.len(), || Ok(Triangulated::of_rows(points, columns, &cells, &call)));
         let made = made?.map_err(|failure| {
-            errors::plain(py, "InputError", &format!("the pickle holds no triangulation: {}", failure.message))
+            errors::plain(
+                py,
+                "InputError",
+                &format!("the pickle holds no triangulation: {}", failure.message),
+            )
         })?;
         Ok(Core::of(made, Some(stats)))
     }
@@ -188,12 +203,22 @@ impl Core {
         arrays::blocks(py, self.whole(py, Triangulated::transforms)?, [d + 1, d])
     }
 
-    fn locate(&self, py: Python<'_>, x: PyReadonlyArray2<'_, f64>, threads: Option<usize>) -> PyResult<Array> {
+    fn locate(
+        &self,
+        py: Python<'_>,
+        x: PyReadonlyArray2<'_, f64>,
+        threads: Option<usize>,
+    ) -> PyResult<Array> {
         let (size, x) = (x.shape()[0], flat(&x)?);
         self.width.list(py, self.ask(py, (size, threads), |t, call| t.locate(x, call))?)
     }
 
-    fn nearest(&self, py: Python<'_>, x: PyReadonlyArray2<'_, f64>, threads: Option<usize>) -> PyResult<Array> {
+    fn nearest(
+        &self,
+        py: Python<'_>,
+        x: PyReadonlyArray2<'_, f64>,
+        threads: Option<usize>,
+    ) -> PyResult<Array> {
         let (size, x) = (x.shape()[0], flat(&x)?);
         self.width.list(py, self.ask(py, (size, threads), |t, call| t.nearest(x, call))?)
     }
@@ -267,6 +292,7 @@ impl Core {
         let options = WriteOptions::default();
         check_output(path, &options).map_err(|error| errors::of_output(py, &error))?;
         let watch = Watch::new(None);
+        let call = watch.call(None);
         let t = &self.made;
         let written = watch.run(py, t.cell_count(), || {
             let (points, cells) = (t.points(), t.cells().iter().map(|&v| u64::from(v)).collect::<Vec<_>>());
@@ -280,7 +306,7 @@ impl Core {
                 run: None,
                 labels: None,
             };
-            Ok(write(path, &view, &options, &mut |_, _| watch.unwind_if_cancelled()))
+            call.within(|| write(path, &view, &options, &mut |_, _| watch.unwind_if_cancelled()))
         })?;
         written.map(|_| ()).map_err(|error| errors::of_output(py, &error))
     }

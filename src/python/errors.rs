@@ -82,7 +82,8 @@ pub fn of_input(py: Python<'_>, error: &InputError) -> PyErr {
         InputError::Unreadable { path, source } => of_system(source.kind(), source.raw_os_error(), path),
         _ => {
             let message = with_remedy(&error.to_string(), error.remedy());
-            let raised = exception(py, "InputError", &message, [("path", error.path().display().to_string())]);
+            let raised =
+                exception(py, "InputError", &message, [("path", error.path().display().to_string())]);
             // Setting an attribute of an exception of the package cannot fail.
             let _ = raised.value(py).setattr("line", error.line());
             raised

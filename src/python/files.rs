@@ -14,7 +14,11 @@ use crate::errors;
 use crate::watch::{UNWATCHED, Watch};
 
 /// Reads points, and their cells if the format holds them.
-fn read_any(path: &Path, options: &ReadOptions, watch: &Watch) -> Result<(PointFile, Option<CellFile>), InputError> {
+fn read_any(
+    path: &Path,
+    options: &ReadOptions,
+    watch: &Watch,
+) -> Result<(PointFile, Option<CellFile>), InputError> {
     let mut progress = |_: u64, _: Option<u64>| watch.unwind_if_cancelled();
     if Format::of_path(path).is_some_and(Format::holds_mesh) {
         match read_mesh(path, options, &mut progress) {
@@ -79,7 +83,7 @@ pub fn verify(
             let position = LEVELS.iter().position(|level| *level == stage).unwrap_or(0);
             watch.note(stage, position as u64, LEVELS.len() as u64);
         };
-        Ok(verified(mesh.into(), &options, &mut step))
+        Ok(verified(&mesh, &options, &mut step))
     })?;
     let (mut faults, mut named) = (Vec::new(), Vec::new());
     for level in &report.levels {

@@ -110,7 +110,13 @@ impl Machine {
     }
 
     /// Returns the failure of a check, or none. `words` are its phase, if it has one; `numbers` are its bounds.
-    fn check(&self, py: Python<'_>, name: &str, words: Vec<String>, numbers: Vec<f64>) -> PyResult<Option<String>> {
+    fn check(
+        &self,
+        py: Python<'_>,
+        name: &str,
+        words: Vec<String>,
+        numbers: Vec<f64>,
+    ) -> PyResult<Option<String>> {
         let line = &self.line;
         let phase = words.first().map_or("", String::as_str);
         let found: Result<(), Broken> = match (name, words.len(), numbers.as_slice()) {
@@ -119,7 +125,9 @@ impl Machine {
             ("merges", 0, &[slope, constant]) => merges(line, slope, constant),
             ("no_repair", 0, []) => no_repair(line),
             ("rounds", 1, &[slope, constant]) => rounds(line, phase, slope, constant),
-            ("messages_per_worker", 1, &[slope, constant]) => messages_per_worker(line, phase, slope, constant),
+            ("messages_per_worker", 1, &[slope, constant]) => {
+                messages_per_worker(line, phase, slope, constant)
+            }
             ("bytes", 1, &[factor]) => bytes(line, phase, factor),
             ("depth_of_levels", 1, &[most]) => depth_of_levels(line, phase, most as u64),
             _ => {

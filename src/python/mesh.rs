@@ -78,9 +78,9 @@ fn request_of(options: &[(String, String)], watch: &Watch) -> Result<MeshSpec, N
 /// Returns a domain of points and polygons: a closed surface, or the closed loops of the boundary of a plane region.
 fn domain_of(points: &[f64], columns: usize, (offsets, vertices): (&[i64], &[i64])) -> AnyInput {
     let vertex = |&v: &i64| u32::try_from(v).unwrap_or(u32::MAX);
-    let loops = offsets.windows(2).map(|ends| {
-        vertices[ends[0] as usize..ends[1] as usize].iter().map(vertex).collect::<Vec<u32>>()
-    });
+    let loops = offsets
+        .windows(2)
+        .map(|ends| vertices[ends[0] as usize..ends[1] as usize].iter().map(vertex).collect::<Vec<u32>>());
     if columns == 3 {
         let points = points.as_chunks().0.iter().copied().map(DVec3::from_array).collect();
         return AnyInput::Space(Input::surface(points, loops));
@@ -102,7 +102,8 @@ fn refused<P: Dimension>(
     let (message, remedy) = (error.to_string(), error.remedy());
     match error {
         MakeError::Mesh(MeshError::Missing { features }) => {
-            let defects = features.iter().map(|&(feature, parts)| format!("{}: {parts} parts", name(feature)));
+            let defects =
+                features.iter().map(|&(feature, parts)| format!("{}: {parts} parts", name(feature)));
             NoMesh::Domain(errors::with_remedy(&message, remedy), defects.collect())
         }
         MakeError::Mesh(MeshError::Run(error)) => NoMesh::Failed(Failure::of_run(&error, Door::Python)),

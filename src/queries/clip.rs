@@ -95,7 +95,7 @@ fn body<P: Point>(low: P, high: P, planes: &[(P, f64)]) -> Body {
 }
 
 /// The heights of corners above a plane.
-struct Heights<P> {
+pub(crate) struct Heights<P> {
     normal: P,
     level: f64,
     /// The largest error of a height.
@@ -104,7 +104,7 @@ struct Heights<P> {
 
 impl<P: Point> Heights<P> {
     /// Returns `None` if no corner lies above the plane.
-    fn of(normal: P, level: f64, corners: impl Iterator<Item = P> + Clone) -> Option<Self> {
+    pub(crate) fn of(normal: P, level: f64, corners: impl Iterator<Item = P> + Clone) -> Option<Self> {
         let largest =
             corners.clone().map(septet_geometry::point::Vector::norm2).fold(level * level, f64::max).sqrt();
         let heights = Heights { normal, level, error: 16.0 * f64::EPSILON * largest };
@@ -112,12 +112,12 @@ impl<P: Point> Heights<P> {
         corners.any(|x| heights.is_above(x)).then_some(heights)
     }
 
-    fn is_above(&self, x: P) -> bool {
+    pub(crate) fn is_above(&self, x: P) -> bool {
         self.normal.dot(x) - self.level > self.error
     }
 
     /// Returns the point of the plane between a corner that is not above it and one that is.
-    fn crossing(&self, low: P, high: P) -> P {
+    pub(crate) fn crossing(&self, low: P, high: P) -> P {
         let [below, above] = [low, high].map(|x| self.normal.dot(x) - self.level);
         let below = below.min(0.0);
         low + (high - low) * (below / (below - above))

@@ -9,7 +9,7 @@
 //! | rows, neighbours, hull, vertices that edges join, volumes, shapes | [`tessellation`], `rows`, `incidence` |
 //! | a triangulation from its cells | `restored` |
 //! | the cell of a query, the nearest vertex | `locate`, `nearest` |
-//! | Voronoi vertices, ridges, areas, volumes, centroids | [`voronoi`], `dual`, `double`, `clip`, `centroids` |
+//! | Voronoi vertices, ridges, areas, volumes, centroids | [`voronoi`], `dual`, `double`, `clip`, `centroids`, [`clipped`] |
 //! | barycentric coordinates, gradients, weights of interpolations | [`weights`], `linear`, `natural` |
 //! | volumes of power cells, and of Voronoi cells in periodic boxes | [`power`], `clip` |
 //! | alpha complexes and shapes | [`alpha`] |
@@ -18,6 +18,7 @@
 pub mod alpha;
 mod centroids;
 mod clip;
+pub mod clipped;
 pub mod dimension;
 mod double;
 mod dual;
@@ -41,6 +42,7 @@ pub mod voronoi;
 pub mod weights;
 
 pub use alpha::{AlphaFiltration, AlphaShape};
+pub use clipped::Clipped;
 pub use dimension::Dimension;
 pub use error::{QueryError, RowFault};
 pub use power::{Polytope, Region, power_cells, power_volumes};

@@ -1,6 +1,7 @@
 //! Queries against brute force: exact integers on grids, and definitions.
 
 mod alpha;
+mod clipped;
 mod linear;
 mod locate;
 mod natural;

@@ -271,9 +271,7 @@ class Voronoi:
         box: tuple[npt.ArrayLike, npt.ArrayLike] | None = None,
         threads: int | None = None,
     ) -> None:
-        """`box` is (low, high). Points outside of the box raise PointError. Volumes, centroids and areas are those of the
-        parts in the box; vertices, ridges and regions are those of the unbounded diagram.
-        """
+        """`box` is (low, high). Points outside of the box raise PointError."""
     def __copy__(self) -> Voronoi: ...
     def __deepcopy__(self, memo: dict[int, Any]) -> Voronoi: ...
     @property
@@ -282,16 +280,16 @@ class Voronoi:
     def delaunay(self) -> Delaunay: ...
     @property
     def vertices(self) -> Floats:
-        """(v, d). The circumcentres, in the order of the simplices, each once."""
+        """(v, d). Without a box: the circumcentres, in the order of the simplices, each once."""
     @property
     def ridge_points(self) -> Ids:
-        """(r, 2). The two points of each ridge, smaller first, sorted: the edges of the triangulation."""
+        """(r, 2). The two points of each ridge, smaller first, sorted. With a box, -1 - k for side k of the box (x low, x high, y low, ...)."""
     @property
     def ridge_vertices(self) -> Ragged:
         """The vertices of each ridge in order around it, -1 for infinity."""
     @property
     def ridge_areas(self) -> Floats:
-        """(r,). Lengths or areas; inf if unbounded. With a box, those of the parts in it."""
+        """(r,). Lengths or areas; inf if unbounded."""
     @property
     def regions(self) -> Ragged:
         """The vertices of each region, sorted, -1 for infinity."""
@@ -326,7 +324,7 @@ class Run:
         """The rows `rounds` of the report, with its names: round, phase, active, messages, bytes, largest, and so on."""
     @property
     def levels(self) -> npt.NDArray[np.void]:
-        """The rows `tree.levels` of the report, with its names."""
+        """The rows `tree.by_level` of the report, with its names."""
     def check(self, claim: str) -> None:
         """Raises AssertionError if a claim about the counts, such as "levels(1.5, -5.0)", does not hold."""
     def write(self, path: str | os.PathLike[str]) -> None:

@@ -103,8 +103,8 @@ class Run(Lazy):
 
     @property
     def levels(self) -> Any:
-        """The rows `tree.levels` of the report, with its names."""
-        return self._made("levels", lambda: _table((self.report.get("tree") or {}).get("levels") or []))
+        """The rows `tree.by_level` of the report, with its names."""
+        return self._made("levels", lambda: _table((self.report.get("tree") or {}).get("by_level") or []))
 
     def check(self, claim: str) -> None:
         """Check a claim about the counts, and raise AssertionError with a table of the counts if it does not hold.

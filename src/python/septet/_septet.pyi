@@ -1,8 +1,26 @@
 from collections.abc import Callable
-from typing import Any
+from typing import Any, final
 
 VERSION: str
 
+__all__ = [
+    "Core",
+    "Machine",
+    "Meshed",
+    "VERSION",
+    "alpha_filtration",
+    "alpha_shape",
+    "read_file",
+    "verify",
+    "voronoi_centroids",
+    "voronoi_in",
+    "voronoi_regions",
+    "voronoi_ridges",
+    "voronoi_volumes",
+    "write_report",
+]
+
+@final
 class Core:
     def __new__(
         cls,
@@ -49,9 +67,11 @@ def alpha_filtration(of: Core) -> tuple[Any, Any, Any, Any, Any]: ...
 def alpha_shape(of: Core, radius: float) -> tuple[Any, Any, Any, float]: ...
 def voronoi_volumes(of: Core, corners: Any, threads: int | None) -> Any: ...
 def voronoi_centroids(of: Core, corners: Any, threads: int | None) -> Any: ...
-def voronoi_ridges(of: Core, corners: Any, threads: int | None) -> tuple[Any, Any, Any, Any]: ...
+def voronoi_in(of: Core, low: Any, high: Any, threads: int | None) -> tuple[Any, Any, Any, Any, Any]: ...
+def voronoi_ridges(of: Core, threads: int | None) -> tuple[Any, Any, Any, Any]: ...
 def voronoi_regions(of: Core, threads: int | None) -> tuple[Any, Any]: ...
 
+@final
 class Machine:
     def __new__(cls, points: Any, options: list[tuple[str, str]], progress: Any) -> Machine: ...
     def core(self) -> Core: ...
@@ -60,6 +80,7 @@ class Machine:
 
 def write_report(path: str, report: str) -> None: ...
 
+@final
 class Meshed:
     def __new__(
         cls, domain: Any, options: list[tuple[str, str]], size_field: Any, threads: int | None, progress: Any

@@ -26,8 +26,8 @@ class Voronoi(Lazy):
     points : array_like of shape (n, 2) or (n, 3), or Delaunay
         The points, or their triangulation.
     box : tuple of array_like, optional
-        The corners (low, high) of a box, which must contain all points. Volumes, centroids and areas are then those of the
-        parts in the box. Vertices, ridges and regions are those of the unbounded diagram.
+        The corners (low, high) of a box, which must contain all points. All results are then those of the parts in the
+        box.
     threads : int, optional
         Number of threads; all cores by default.
 
@@ -39,9 +39,9 @@ class Voronoi(Lazy):
     Attributes
     ----------
     vertices : ndarray of shape (v, d)
-        The circumcentres of the simplices.
+        The circumcentres of the simplices. With a box, the corners of the parts of the cells in it.
     ridge_points : ndarray of int of shape (r, 2)
-        The two points of each ridge, smaller first, sorted.
+        The two points of each ridge, smaller first, sorted. With a box, -1 - k for side k of the box.
     ridge_vertices : Ragged
         The vertices of each ridge in order around it, -1 for infinity.
     volumes : ndarray of shape (n,)
@@ -104,40 +104,54 @@ class Voronoi(Lazy):
         """The triangulation of the points."""
         return self._delaunay
 
-    @property
-    def vertices(self) -> Any:
-        """(v, d). The circumcentres, in the order of the simplices, each once."""
-        return self._delaunay.circumcenters
+    def _diagram(self) -> Tuple[Any, Any, Ragged, Any]:
+        """Vertices, points of the ridges, their vertices, and their areas."""
 
-    def _ridges(self) -> Tuple[Any, Ragged, Any]:
-        def make() -> Tuple[Any, Ragged, Any]:
-            points, offsets, vertices, areas = _septet.voronoi_ridges(self._delaunay._core, self._box, self._threads)
-            return points, Ragged(offsets, vertices), areas
+        def make() -> Tuple[Any, Any, Ragged, Any]:
+            core = self._delaunay._core
+            if self._box is None:
+                vertices = self._delaunay.circumcenters
+                points, offsets, rows, areas = _septet.voronoi_ridges(core, self._threads)
+            else:
+                vertices, points, offsets, rows, areas = _septet.voronoi_in(core, *self._box, self._threads)
+            return vertices, points, Ragged(offsets, rows), areas
 
-        made: Tuple[Any, Ragged, Any] = self._made("ridges", make)
+        made: Tuple[Any, Any, Ragged, Any] = self._made("diagram", make)
         return made
 
     @property
+    def vertices(self) -> Any:
+        """(v, d). Without a box: the circumcentres, in the order of the simplices, each once."""
+        return self._delaunay.circumcenters if self._box is None else self._diagram()[0]
+
+    @property
     def ridge_points(self) -> Any:
-        """(r, 2). The two points of each ridge, smaller first, sorted."""
-        return self._ridges()[0]
+        """(r, 2). The two points of each ridge, smaller first, sorted. With a box, -1 - k for side k of the box.
+
+        The sides are x low, x high, y low, and so on.
+        """
+        return self._diagram()[1]
 
     @property
     def ridge_vertices(self) -> Ragged:
         """The vertices of each ridge in order around it, -1 for infinity."""
-        return self._ridges()[1]
+        return self._diagram()[2]
 
     @property
     def ridge_areas(self) -> Any:
         """(r,). Lengths or areas; inf if unbounded."""
-        return self._ridges()[2]
+        return self._diagram()[3]
 
     @property
     def regions(self) -> Ragged:
         """The vertices of each region, sorted, -1 for infinity."""
-        made: Ragged = self._made(
-            "regions", lambda: Ragged(*_septet.voronoi_regions(self._delaunay._core, self._threads))
-        )
+
+        def make() -> Ragged:
+            if self._box is None:
+                return Ragged(*_septet.voronoi_regions(self._delaunay._core, self._threads))
+            return _regions(len(self.points), self.ridge_points, self.ridge_vertices)
+
+        made: Ragged = self._made("regions", make)
         return made
 
     @property
@@ -191,6 +205,16 @@ def _corners(box: Any, ndim: int) -> Tuple[Any, Any]:
     if any(corner.shape != (ndim,) for corner in corners):
         raise ValueError(f"the corners of box must have the shape ({ndim},)")
     return corners
+
+
+def _regions(n: int, points: Any, rows: Ragged) -> Ragged:
+    """Collects the vertices of the ridges at each point."""
+    lengths = np.diff(rows.offsets)
+    ends = np.concatenate([points[:, 0], points[:, 1]]).astype(np.int64)
+    pairs = np.column_stack([np.repeat(ends, np.tile(lengths, 2)), np.tile(rows.values, 2)])
+    pairs = np.unique(pairs[pairs[:, 0] >= 0], axis=0)
+    offsets = np.searchsorted(pairs[:, 0], np.arange(n + 1))
+    return Ragged(offsets.astype(np.int64), np.ascontiguousarray(pairs[:, 1]).astype(rows.values.dtype))
 
 
 def _restored(delaunay: Delaunay, box: Any) -> Voronoi:

@@ -15,6 +15,9 @@ from scipy.spatial import Delaunay as Scipy
 
 @pytest.mark.parametrize("ending", ["vtu", "vtk", "msh", "mesh", "ply"])
 def test_written_triangulations_are_read(cloud: np.ndarray, tmp_path: Path, ending: str) -> None:
+    if ending == "ply":
+        # In space, the format holds the hull.
+        cloud = np.ascontiguousarray(cloud[:, :2])
     tri = septet.Delaunay(cloud)
     path = tmp_path / f"tri.{ending}"
     tri.write(path)

@@ -61,12 +61,12 @@ def test_triangulation_and_tables(cloud: np.ndarray) -> None:
     assert (run.delaunay.simplices == septet.Delaunay(cloud).simplices).all() and run.delaunay is run.delaunay
     assert len(run.phases) == len(report["phases"]) and len(run.rounds) == len(report["rounds"])
     assert set(run.phases.dtype.names) == {name for row in report["phases"] for name in row}
-    assert {"phase", "messages", "bytes", "rounds"} <= set(run.phases.dtype.names) | {"phase"}
+    assert {"name", "paper", "rounds", "work", "depth", "critical_depth", "messages", "bytes"} <= set(run.phases.dtype.names)
     for table, rows in [(run.phases, report["phases"]), (run.rounds, report["rounds"])]:
         for name in ("messages", "bytes"):
             assert table[name].tolist() == [row[name] for row in rows]
         assert not table.flags.writeable
-    assert len(run.levels) == len(report["tree"]["levels"]) > 1
+    assert len(run.levels) == len(report["tree"]["by_level"]) > 1
 
 
 def test_claims(cloud: np.ndarray) -> None:

@@ -44,7 +44,14 @@ fn faults_are_found<P: Dimension + Coordinates>() {
     assert_eq!(changed(&|cells| cells[5].as_mut()[0] = 80), RowFault::NoPoint);
     assert_eq!(changed(&|cells| cells.swap(3, 4)), RowFault::Order);
     assert_eq!(changed(&|cells| cells[7].as_mut().rotate_left(1)), RowFault::Order);
-    assert_eq!(changed(&|cells| cells[7].as_mut().swap(P::DIM - 1, P::DIM)), RowFault::Orientation);
+    let turned = |at: usize| {
+        let mut row = cells[at];
+        row.as_mut().swap(P::DIM - 1, P::DIM);
+        row
+    };
+    let keeps_order = |&at: &usize| cells[at - 1] < turned(at) && turned(at) < cells[at + 1];
+    let at = (1..cells.len() - 1).find(keeps_order).unwrap();
+    assert_eq!(changed(&|cells| cells[at] = turned(at)), RowFault::Orientation);
     let mut broken = points.clone();
     broken[cells[0].as_ref()[0] as usize] = P::splat(f64::INFINITY);
     assert_eq!(fault(&broken, &cells), RowFault::NotFinite);
