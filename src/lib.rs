@@ -348,7 +348,7 @@ pub use septet_lab::assertions;
 pub use septet_lab::trace;
 
 /// The guide: the paper step by step, terms, the machine and its counts, options, formats, exit codes, reports, traces,
-/// experiments, clusters, and for Python a comparison with `SciPy` and a gallery.
+/// experiments, clusters, and for Python a comparison with scipy and a gallery.
 pub mod guide {
     #[doc = include_str!("guide/paper.md")]
     pub mod paper {}

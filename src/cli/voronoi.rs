@@ -1,10 +1,9 @@
 //! `septet voronoi`: areas and volumes of the cells of Voronoi and power diagrams, and the cells themselves.
 
-use std::fmt::Write;
+use std::fmt::{Debug, Write};
 use std::path::PathBuf;
 
 use clap::Args;
-use glam::{DVec2, DVec3};
 use septet_core::Spec;
 use septet_core::model::Points;
 use septet_core::spec::Commands;
@@ -139,39 +138,40 @@ fn write_volumes<P: Point>(args: &VoronoiArgs, volumes: &[f64], talk: &Talk) -> 
 /// Formats the cells of some rows as a VTK unstructured grid of polygons (type 7) or polyhedra (type 42).
 fn polytopes<P: Point>(cells: &[Polytope<P>], rows: &[usize], volumes: &[f64]) -> String {
     let is_plane = P::DIM == 2;
-    let (mut points, mut corners, mut ends) = (String::new(), String::new(), String::new());
-    let (mut faces, mut face_ends) = (String::new(), String::new());
-    let (mut first, mut words) = (0, 0);
+    let mut points = String::new();
+    let (mut corners, mut ends) = (Vec::new(), Vec::new());
+    let (mut faces, mut face_ends) = (Vec::new(), Vec::new());
+    let mut first = 0;
     for &row in rows {
         let cell = &cells[row];
         for corner in &cell.corners {
             let z = if is_plane { 0.0 } else { corner.coord(2) };
             let _ = writeln!(points, "{:?} {:?} {z:?}", corner.coord(0), corner.coord(1));
         }
-        (0..cell.corners.len()).for_each(|i| drop(write!(corners, "{} ", first + i)));
-        let _ = write!(faces, "{} ", cell.faces.len());
-        words += 1;
+        faces.push(cell.faces.len());
         for face in &cell.faces {
-            let _ = write!(faces, "{} ", face.len());
-            face.iter().for_each(|&i| drop(write!(faces, "{} ", first + i as usize)));
-            words += 1 + face.len();
+            faces.push(face.len());
+            faces.extend(face.iter().map(|&corner| first + corner as usize));
         }
+        corners.extend(first..first + cell.corners.len());
         first += cell.corners.len();
-        let _ = write!(ends, "{first} ");
-        let _ = write!(face_ends, "{words} ");
+        ends.push(first);
+        face_ends.push(faces.len());
     }
     let array = |kind: &str, name: &str, text: &str| {
         format!("<DataArray type=\"{kind}\" Name=\"{name}\" format=\"ascii\">\n{text}\n</DataArray>\n")
     };
-    let all = |of: &dyn Fn(usize) -> String| rows.iter().map(|&row| of(row) + " ").collect::<String>();
-    let mut grid = array("Int64", "connectivity", &corners) + &array("Int64", "offsets", &ends);
-    grid += &array("UInt8", "types", &all(&|_| if is_plane { "7" } else { "42" }.to_owned()));
+    let kind = if is_plane { 7 } else { 42 };
+    let mut grid =
+        array("Int64", "connectivity", &listed(&corners)) + &array("Int64", "offsets", &listed(&ends));
+    grid += &array("UInt8", "types", &listed(&vec![kind; rows.len()]));
     if !is_plane {
-        grid += &(array("Int64", "faces", &faces) + &array("Int64", "faceoffsets", &face_ends));
+        grid += &array("Int64", "faces", &listed(&faces));
+        grid += &array("Int64", "faceoffsets", &listed(&face_ends));
     }
     let place = "type=\"Float64\" Name=\"Points\" NumberOfComponents=\"3\" format=\"ascii\"";
-    let data = array("Int64", "row", &all(&|row| row.to_string()))
-        + &array("Float64", "volume", &all(&|row| format!("{:?}", volumes[row])));
+    let measures: Vec<f64> = rows.iter().map(|&row| volumes[row]).collect();
+    let data = array("Int64", "row", &listed(rows)) + &array("Float64", "volume", &listed(&measures));
     format!(
         "<?xml version=\"1.0\"?>\n<VTKFile type=\"UnstructuredGrid\" version=\"0.1\" byte_order=\"LittleEndian\">\n\
          <UnstructuredGrid>\n<Piece NumberOfPoints=\"{first}\" NumberOfCells=\"{}\">\n\
@@ -179,4 +179,9 @@ fn polytopes<P: Point>(cells: &[Polytope<P>], rows: &[usize], volumes: &[f64]) -
          <CellData>\n{data}</CellData>\n</Piece>\n</UnstructuredGrid>\n</VTKFile>\n",
         rows.len()
     )
+}
+
+/// Formats numbers with blanks between them.
+fn listed<T: Debug>(numbers: &[T]) -> String {
+    numbers.iter().map(|number| format!("{number:?}")).collect::<Vec<_>>().join(" ")
 }
