@@ -28,7 +28,7 @@
 pub use septet_core::model::{HigherPoints, Points};
 #[doc(inline)]
 pub use septet_core::{
-    Accounting, Door, Error, Outcome, Refutation, Remedy, Spec, independent, simulate, triangulate,
+    Accounting, Code, Door, Error, Outcome, Refutation, Remedy, Spec, independent, simulate, triangulate,
 };
 #[doc(inline)]
 pub use septet_geometry::coordinates::Coordinates;
@@ -191,8 +191,8 @@ pub mod verify {
     };
 }
 
-/// Questions about a triangulation: neighbours, exact location, nearest vertices, interpolation, Voronoi cells in a box, alpha
-/// shapes.
+/// Questions about a triangulation: neighbours, exact location, nearest vertices, interpolation, Voronoi cells in a box, power
+/// cells, alpha shapes.
 ///
 /// ```
 /// use glam::DVec2;
@@ -219,8 +219,8 @@ pub mod queries {
     pub use septet_meshing::quality::shapes::{Shape, Shapes};
     #[doc(inline)]
     pub use septet_queries::{
-        AlphaFiltration, AlphaShape, Barycentric, Dimension, Method, NONE, QueryError, Ragged, Ridges,
-        Tessellation, Weights,
+        AlphaFiltration, AlphaShape, Barycentric, Clipped, Dimension, Method, NONE, Polytope, QueryError,
+        Ragged, Region, Ridges, RowFault, Tessellation, Weights, power_cells, power_volumes,
     };
 }
 

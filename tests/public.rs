@@ -5,7 +5,7 @@ use std::path::Path;
 use std::process::Command;
 
 /// A user can read a list of this length.
-const MOST_ITEMS: usize = 275;
+const MOST_ITEMS: usize = 285;
 
 /// Documents the library alone and returns rustdoc's list of all items.
 fn list() -> String {

@@ -6,7 +6,7 @@ use crate::map::{rows, text as map};
 use crate::source::{COMMON, Crate, room};
 
 /// Folders of the crates' root files.
-pub const CRATES: [&str; 12] = [
+pub const CRATES: [&str; 15] = [
     "src",
     "src/core",
     "workers/src",
@@ -17,6 +17,9 @@ pub const CRATES: [&str; 12] = [
     "src/lab",
     "src/cli",
     "src/mpi",
+    "src/doors",
+    "src/c",
+    "src/python",
     "workers/geometry/src",
     "workers/protocol/src",
 ];

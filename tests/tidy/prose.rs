@@ -23,7 +23,7 @@ const DOCUMENTS: [&str; 7] =
     ["README.md", "ARCHITECTURE.md", "CHANGELOG.md", "bench", ".github", "src", "workers"];
 
 /// The crates, by the folder of their sources.
-const CRATES: [&str; 12] = [
+const CRATES: [&str; 15] = [
     "src/core",
     "src/io",
     "src/verify",
@@ -32,6 +32,9 @@ const CRATES: [&str; 12] = [
     "src/lab",
     "src/cli",
     "src/mpi",
+    "src/doors",
+    "src/c",
+    "src/python",
     "workers/src",
     "workers/geometry/src",
     "workers/protocol/src",

@@ -100,11 +100,24 @@ const IMPURE: [&str; 8] =
 /// The ways to print or to end the process.
 const EFFECTS: [&str; 6] = ["print!(", "println!(", "eprint!(", "eprintln!(", "dbg!(", "process::exit"];
 
+/// The folders of the crates that neither print nor know the command line.
+const LIBRARIES: [&str; 10] = [
+    "src/core",
+    "src/io",
+    "src/lab",
+    "src/verify",
+    "src/meshing",
+    "src/queries",
+    "src/doors",
+    "src/c",
+    "src/python",
+    "workers",
+];
+
 /// The command line prints and sets the exit code.
 #[test]
 fn libraries_do_not_print_or_exit() {
-    let libraries = ["src/core", "src/io", "src/lab", "src/verify", "src/meshing", "src/queries", "workers"];
-    let mut found: Vec<_> = libraries.iter().flat_map(|folder| offenders(folder, &EFFECTS)).collect();
+    let mut found: Vec<_> = LIBRARIES.iter().flat_map(|folder| offenders(folder, &EFFECTS)).collect();
     // The programs septet and septet-mpi are in the folders of libraries.
     for file in ["src/lib.rs", "src/mpi/lib.rs", "src/mpi/wire.rs", "src/mpi/parts.rs", "src/mpi/idle.rs"] {
         let text = code(&fs::read_to_string(root().join(file)).unwrap());
@@ -123,8 +136,7 @@ const COMMAND_LINES: [&str; 2] = ["src/lab/experiment/sweep.rs", "src/lab/claims
 #[test]
 fn libraries_name_no_option_of_the_command_line() {
     let option = Regex::new(OPTIONS).unwrap();
-    let libraries = ["src/core", "src/io", "src/lab", "src/verify", "src/meshing", "src/queries", "workers"];
-    let all = libraries.iter().flat_map(|folder| files(folder));
+    let all = LIBRARIES.iter().flat_map(|folder| files(folder));
     let plain = all.filter(|(name, _)| !is_test(name) && !COMMAND_LINES.contains(&name.as_str()));
     let named =
         |text: &str| code(text).lines().find(|line| option.is_match(line).unwrap()).map(str::to_owned);
