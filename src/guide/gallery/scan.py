@@ -9,7 +9,6 @@ import sys
 from pathlib import Path
 
 import matplotlib.pyplot as plt
-import meshio
 import numpy as np
 import septet
 from matplotlib.collections import PolyCollection
@@ -18,7 +17,7 @@ from scipy.sparse.csgraph import connected_components
 
 folder = Path(os.environ.get("SEPTET_DATA", Path(__file__).resolve().parents[3] / "tests" / "data"))
 path = Path(sys.argv[2]) if len(sys.argv) > 2 else folder / "bunny00.off"
-points = septet.read(path).points
+points, triangles = septet.read(path)
 n, tri = len(points), septet.Delaunay(points)
 
 # A ball with this radius, six times the median distance of nearest neighbours, cannot pass between the points of the surface.
@@ -40,18 +39,19 @@ solid = part != part[-1]
 
 # The surface of the solid: facets between a simplex inside and one outside, counter-clockwise seen from outside.
 cell, side = np.nonzero(solid[:-1, None] & ~solid[tri.neighbors])
-surface = tri.simplices[cell[:, None], opposite[side]].astype(np.int64)
+surface = tri.simplices[cell[:, None], opposite[side]]
 edges = surface[:, [0, 1, 1, 2, 2, 0]].reshape(-1, 2)
 there, back = np.sort(edges @ code[1:]), np.sort(edges[:, ::-1] @ code[1:])
 
 
-def enclosed(triangles: septet.Ids) -> float:
+def enclosed(facets: septet.Ids) -> float:
     """The volume inside of an oriented surface, by the divergence theorem."""
-    a, b, c = (points[triangles[:, corner]] for corner in range(3))
+    a, b, c = (points[facets[:, corner]] for corner in range(3))
     return float(np.einsum("ij,ij->", a, np.cross(b, c)) / 6)
 
 
-volume, scanned = tri.volumes[solid[:-1]].sum(), enclosed(meshio.read(path).cells_dict["triangle"])
+assert triangles is not None, f"{path} needs triangles"
+volume, scanned = tri.volumes[solid[:-1]].sum(), enclosed(triangles)
 print(f"points, all and on the surface:      {n:,} and {len(np.unique(surface)):,}")
 print(f"tetrahedra, alpha shape and filled:  {shape.cells.sum():,} and {solid.sum():,}")
 print(f"triangles of the surface:            {len(surface):,}")

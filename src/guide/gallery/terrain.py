@@ -60,9 +60,9 @@ normals = np.concatenate([-gradients, np.ones((len(gradients), 1))], axis=1) / n
 shade = np.clip(normals @ np.array([-0.5, 0.5, np.sqrt(0.5)]), 0, 1)
 
 triangulation = Triangulation(points[:, 0] / 1000, points[:, 1] / 1000, tri.simplices)
-figure, axes = plt.subplots(figsize=(6.4, 5.8), layout="constrained")
-axes.tripcolor(triangulation, shade, cmap=plt.get_cmap("gray", 20), vmin=0.3, vmax=1)
-lines = axes.tricontour(triangulation, heights, levels=8, cmap="autumn", linewidths=0.9)
+figure, axes = plt.subplots(figsize=(6.4, 5.6), layout="constrained")
+axes.tripcolor(triangulation, shade, cmap=plt.get_cmap("gray", 12), vmin=0.3, vmax=1)
+lines = axes.tricontour(triangulation, heights, levels=12, cmap="autumn", linewidths=0.9)
 axes.clabel(lines, fontsize=7, fmt="%d m")
 axes.set(aspect="equal", xlabel="km", ylabel="km", title="hillshade and contour lines")
 figure.savefig(sys.argv[1] if len(sys.argv) > 1 else "terrain.png", dpi=100)
