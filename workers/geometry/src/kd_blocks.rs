@@ -136,11 +136,11 @@ impl<P: Point> KdBlocks<P> {
         );
     }
 
-    /// Computes the squared distances of a block above three dimensions.
+    /// Computes the squared distances to the points of a block.
     #[inline(always)]
     fn distances2(&self, block: usize, at: &[f64]) -> [f64; LANES] {
         let mut distances2 = [0.0; LANES];
-        for (column, &at) in self.axes.as_ref().iter().zip(at) {
+        for (column, &at) in self.axes.as_ref()[..P::DIM].iter().zip(at) {
             add_squares(&mut distances2, &column[block * LANES..][..LANES], at);
         }
         distances2
@@ -156,33 +156,14 @@ impl<P: Point> KdBlocks<P> {
         mut limit2: f64,
         mut near: impl FnMut(usize, &[f64; LANES], f64) -> f64,
     ) {
-        let axes = self.axes.as_ref();
-        let (x, _) = axes[0].as_chunks::<LANES>();
-        let (y, _) = axes[1].as_chunks::<LANES>();
-        let (z, _) = axes[P::DIM - 1].as_chunks::<LANES>();
-        let coordinates = at;
-        let at = at.as_ref();
         for (many, sides) in self.groups.iter().enumerate() {
-            for group in each_bit(u64::from(within::<P>(masks, sides, coordinates, limit2))) {
+            for group in each_bit(u64::from(within::<P>(masks, sides, at, limit2))) {
                 let group = many * LANES + group;
                 // An infinite limit also selects unused groups.
                 let Some(boxes) = self.boxes.get(group) else { continue };
-                for block in each_bit(u64::from(within::<P>(masks, boxes, coordinates, limit2))) {
+                for block in each_bit(u64::from(within::<P>(masks, boxes, at, limit2))) {
                     let block = group * LANES + block;
-                    let (x, y, z) = (&x[block], &y[block], &z[block]);
-                    let distances2: [f64; LANES] = if P::DIM > 3 {
-                        self.distances2(block, at)
-                    } else {
-                        std::array::from_fn(|i| {
-                            let (x, y) = (x[i] - at[0], y[i] - at[1]);
-                            if P::DIM == 2 {
-                                x * x + y * y
-                            } else {
-                                let z = z[i] - at[2];
-                                x * x + y * y + z * z
-                            }
-                        })
-                    };
+                    let distances2 = self.distances2(block, at.as_ref());
                     if distances2.iter().fold(false, |any, &d2| any | (d2 <= limit2)) {
                         limit2 = near(block * LANES, &distances2, limit2);
                     }
@@ -206,18 +187,24 @@ fn boxes_of<P: Point>(all: &[Bounds<P>]) -> Vec<Boxes<P>> {
     boxes
 }
 
+/// Computes the squared distances to eight boxes.
+#[inline(always)]
+fn gaps2(lows: &[[f64; LANES]], highs: &[[f64; LANES]], at: &[f64]) -> [f64; LANES] {
+    let mut gaps2 = [0.0; LANES];
+    for ((low, high), &at) in lows.iter().zip(highs).zip(at) {
+        for ((sum, low), high) in gaps2.iter_mut().zip(low).zip(high) {
+            let gap = larger(larger(low - at, at - high), 0.0);
+            *sum += gap * gap;
+        }
+    }
+    gaps2
+}
+
 /// Returns the boxes within the limit as a bit mask.
 #[inline(always)]
 fn within<P: Point>(masks: Masks, sides: &Boxes<P>, at: &P::Axes<f64>, limit2: f64) -> u32 {
     let (at, [lows, highs]) = (at.as_ref(), sides.each_ref().map(AsRef::as_ref));
-    let gaps2: [f64; LANES] = std::array::from_fn(|i| {
-        let gap = |axis: usize| larger(larger(lows[axis][i] - at[axis], at[axis] - highs[axis][i]), 0.0);
-        if P::DIM > 3 {
-            return (1..P::DIM).fold(gap(0) * gap(0), |sum, axis| sum + gap(axis) * gap(axis));
-        }
-        let (x, y) = (gap(0), gap(1));
-        if P::DIM == 2 { x * x + y * y } else { x * x + y * y + gap(2) * gap(2) }
-    });
+    let gaps2 = gaps2(&lows[..P::DIM], &highs[..P::DIM], at);
     let any = gaps2.iter().fold(false, |any, &gap2| any | (gap2 <= limit2));
     if any { masks.at_most(&gaps2, limit2) } else { 0 }
 }
