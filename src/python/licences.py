@@ -11,12 +11,14 @@ from typing import Any, Dict, List, Set
 ROOT = Path(__file__).resolve().parents[2]
 ROOTS = ("septet", "septet-python")
 # Code of other projects that crates of the workspace contain.
-VENDORED = {"three.js 0.180.0": ("MIT", "https://github.com/mrdoob/three.js, Copyright 2010-2025 three.js authors")}
+VENDORED = {"three.js 0.180.0": ("MIT", ROOT / "src/cli/page/assets/three/LICENSE")}
 
 
 def crates() -> List[Dict[str, Any]]:
     """Returns the packages that the module and the program link, by name."""
-    command = [os.environ.get("CARGO", "cargo"), "metadata", "--format-version", "1", "--locked", "--offline"]
+    version = subprocess.run(["rustc", "-vV"], cwd=ROOT, check=True, capture_output=True, text=True).stdout
+    host = next(line.split()[1] for line in version.splitlines() if line.startswith("host:"))
+    command = [os.environ.get("CARGO", "cargo"), "metadata", "--format-version", "1", "--locked", "--filter-platform", host]
     found = json.loads(subprocess.run(command, cwd=ROOT, check=True, capture_output=True, text=True).stdout)
     packages = {package["id"]: package for package in found["packages"]}
     nodes = {node["id"]: node for node in found["resolve"]["nodes"]}
@@ -44,10 +46,12 @@ def text() -> str:
         lines.append(f"{name}: {package['license'] or package['license_file']}")
         folder = Path(package["manifest_path"]).parent
         for file in sorted(folder.iterdir()):
-            if file.is_file() and file.name.upper().startswith(("LICENSE", "LICENCE", "COPYING", "NOTICE")):
+            if file.is_file() and file.suffix != ".py" and file.name.upper().startswith(("LICENSE", "LICENCE", "COPYING", "NOTICE")):
                 texts.setdefault(file.read_text(encoding="utf-8", errors="replace").strip(), []).append(name)
     lines += ["", "and code of other projects:", ""]
-    lines += [f"{name}: {licence}, {source}" for name, (licence, source) in VENDORED.items()]
+    for name, (licence, file) in VENDORED.items():
+        lines.append(f"{name}: {licence}")
+        texts.setdefault(file.read_text(encoding="utf-8").strip(), []).append(name)
     for licence, names in texts.items():
         lines += ["", "=" * 80, ", ".join(names), "=" * 80, "", licence]
     return "\n".join(lines) + "\n"
