@@ -130,7 +130,7 @@ fn cells_have_weights_and_periods() {
         // The small sphere lies within the large one.
         assert_eq!(volumes[2] == 0.0, more.contains("radii"), "{}", stderr(&output));
     }
-    place.good(&format!("voronoi a.csv --periodic 1,none,1 --box 0,-1,0,1,2,1 -o cells.csv"));
+    place.good("voronoi a.csv --periodic 1,none,1 --box 0,-1,0,1,2,1 -o cells.csv");
     assert!((column(&place, "cells.csv").iter().sum::<f64>() - 3.0).abs() < 1e-14);
     place.fails("voronoi a.csv --periodic 1,none,1", 2, &["not periodic", "--box"]);
     place.fails(&format!("voronoi a.csv --periodic 1,1,1 {unit}"), 2, &["omit --box"]);
