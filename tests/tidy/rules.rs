@@ -118,6 +118,8 @@ const LIBRARIES: [&str; 10] = [
 #[test]
 fn libraries_do_not_print_or_exit() {
     let mut found: Vec<_> = LIBRARIES.iter().flat_map(|folder| offenders(folder, &EFFECTS)).collect();
+    // A build script prints its orders to Cargo.
+    found.retain(|(name, _)| !name.ends_with("/build.rs"));
     // The programs septet and septet-mpi are in the folders of libraries.
     for file in ["src/lib.rs", "src/mpi/lib.rs", "src/mpi/wire.rs", "src/mpi/parts.rs", "src/mpi/idle.rs"] {
         let text = code(&fs::read_to_string(root().join(file)).unwrap());
