@@ -5,7 +5,7 @@
 //! sides, sorted. All cells at a corner give it the same label, by which their corners become one vertex. If more planes meet at a
 //! point than the dimension requires, it may have several labels, and is then several vertices.
 //!
-//! **Method.** As in [`crate::clip`], half-spaces cut the cell one after the other. Each edge knows the face on its other side, so the edges of a
+//! **Method.** As in `clip`, half-spaces cut the cell one after the other. Each edge knows the face on its other side, so the edges of a
 //! new face are joined by their neighbours, and not by their coordinates.
 //!
 //! **Work.** O(k f) for a vertex with k neighbours and f edges of its cell, and O(r log r) for r corners.

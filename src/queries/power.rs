@@ -5,7 +5,7 @@
 //! places with `d . (y - x) = (|d|^2 + w - w_j) / 2`. In a periodic box, a neighbour is an image of a site. The bisectors to
 //! the images of the site itself lie half a length away, so its cell lies in a box of the lengths around it.
 //!
-//! **Method.** The box of each site is cut by all its bisectors ([`crate::clip`]). So the volumes add up to that of the box.
+//! **Method.** The box of each site is cut by all its bisectors (`clip`). So the volumes add up to that of the box.
 //!
 //! **Source.** Aurenhammer, "Power diagrams: properties, algorithms and applications" (1987).
 //!
