@@ -44,7 +44,7 @@ const QUERIES: u16 = Commands::QUERIES.bits();
 impl<const COMMAND: u16> PointArgs<COMMAND> {
     /// Returns what the user asks for, without weights.
     pub(super) fn asking(&self) -> Asking<'_> {
-        Asking { points: &self.points, given: self.given.options(), weights: None }
+        Asking { points: &self.points, given: self.given.options(), weights: None, has_values: false }
     }
 }
 
@@ -54,6 +54,8 @@ pub(super) struct Asking<'a> {
     pub(super) points: &'a str,
     pub(super) given: &'a Options<Spec>,
     pub(super) weights: Option<GivenWeights<'a>>,
+    /// Whether other columns of the points are kept as values.
+    pub(super) has_values: bool,
 }
 
 /// Options of `septet locate`.
@@ -146,7 +148,12 @@ pub fn locate(args: &LocateArgs, talk: &Talk) -> Result<(), Failure> {
 /// Writes the interpolated value of each query.
 pub fn interpolate(args: &InterpolateArgs, talk: &Talk) -> Result<(), Failure> {
     let queries = Some(args.queries.as_str());
-    let asked = Asked::of(args.points.asking(), queries, (&args.output, &["csv"]), talk)?;
+    let asked = Asked::of(
+        Asking { has_values: true, ..args.points.asking() },
+        queries,
+        (&args.output, &["csv"]),
+        talk,
+    )?;
     let values = asked.values(&args.values)?;
     let method = args.method;
     let weights = match (&asked.loaded.points, &asked.queries) {
@@ -224,12 +231,15 @@ impl<'a> Asked<'a> {
         }
         files::check(&inputs, &[], &[output])?;
         let weights = asking.weights.map(GivenWeights::reading);
-        let options = ReadOptions { keep_columns: true, weights, ..read_options(&spec.input)? };
+        let options = ReadOptions { keep_columns: asking.has_values, weights, ..read_options(&spec.input)? };
         let loaded = input.load(&options, talk)?;
         let dimension = Some(loaded.points.dimension());
         let queries = match (queries, of_queries) {
             (_, Some(Some(request))) => input::make(&request, talk)?.points,
-            (Some(name), _) => input::open(name, &ReadOptions { dimension, ..options }, talk)?.points,
+            (Some(name), _) => {
+                let options = ReadOptions { dimension, keep_columns: false, ..options };
+                input::open(name, &options, talk)?.points
+            }
             (None, _) => Points::Plane(Vec::new()),
         };
         Ok(Asked { asking, loaded, queries })

@@ -26,6 +26,12 @@ fn queries_find_their_simplices() {
     assert!(cell.contains(&"3"), "{cells}");
     let printed = place.good("locate p.csv q.csv --threads 1 -q");
     assert_eq!(String::from_utf8(printed.stdout).unwrap(), found);
+    // Arrays have no other columns.
+    place.good("generate uniform -n 60 -d 2 -o a.npy");
+    place.good("locate a.npy a.npy -o all.csv");
+    assert!(!text(&place, "all.csv").contains(",\n"));
+    place.good("voronoi a.npy --box 0,0,1,1 -o cells.csv");
+    place.good("interpolate p.csv a.npy --values rain -o rain.csv");
     // Every point is inside, also with ties and in space.
     for sample in ["sample:grid:1000", "sample:sphere:300", "sample:uniform:500,d=2"] {
         let output = place.good(&format!("locate {sample} {sample} -o all.csv"));
