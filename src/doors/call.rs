@@ -10,6 +10,9 @@ use septet_queries::QueryError;
 
 use crate::failure::Failure;
 
+/// The most threads for each core. More would only wait for each other.
+const OVERSUBSCRIBED: usize = 4;
+
 /// The threads of a call, its cancellation, and the words of its failures.
 #[derive(Clone, Debug)]
 pub struct Call {
@@ -41,6 +44,14 @@ impl Call {
         self
     }
 
+    /// Returns the number of threads that the call starts, if the caller chose one: at most [`OVERSUBSCRIBED`] for each core.
+    pub(crate) fn bounded(&self) -> Option<usize> {
+        let most = |threads: usize| {
+            if threads > 16 { threads.min((OVERSUBSCRIBED * cores()).max(16)) } else { threads }
+        };
+        self.threads.map(most)
+    }
+
     /// Runs `f` on the threads of this call.
     ///
     /// # Errors
@@ -49,7 +60,7 @@ impl Call {
         if self.cancel.as_ref().is_some_and(|flag| flag.load(Ordering::Relaxed)) {
             return Err(Failure::interrupted());
         }
-        Ok(within(self.threads.unwrap_or_else(cores), self.cancel.clone(), f)?)
+        Ok(within(self.bounded().unwrap_or_else(cores), self.cancel.clone(), f)?)
     }
 
     /// Runs a query on the threads of this call.
@@ -83,7 +94,7 @@ impl Request {
     pub fn spec(&self) -> Spec {
         let mut spec = Spec::default();
         spec.input.skip_invalid = self.skip_invalid;
-        spec.machine.threads = self.call.threads;
+        spec.machine.threads = self.call.bounded();
         if self.call.threads == Some(1) {
             spec.machine.workers = Workers::Count(1);
         }

@@ -10,7 +10,7 @@ use crate::delaunay::Core;
 #[pyfunction]
 pub fn alpha_filtration(py: Python<'_>, of: &Core) -> PyResult<(Array, Array, Array, Array, Array)> {
     let columns = of.made.columns();
-    let found = of.ask(py, (of.made.cell_count(), None), Triangulated::alpha_filtration)?;
+    let found = of.ask(py, (of.made.cell_count(), of.threads()), Triangulated::alpha_filtration)?;
     Ok((
         arrays::list(py, found.cells)?,
         of.width.rows(py, found.facets, columns)?,
@@ -24,7 +24,7 @@ pub fn alpha_filtration(py: Python<'_>, of: &Core) -> PyResult<(Array, Array, Ar
 #[pyfunction]
 pub fn alpha_shape(py: Python<'_>, of: &Core, radius: f64) -> PyResult<(Array, Array, Array, f64)> {
     let columns = of.made.columns();
-    let found = of.ask(py, (of.made.cell_count(), None), |t, call| t.alpha_shape(radius, call))?;
+    let found = of.ask(py, (of.made.cell_count(), of.threads()), |t, call| t.alpha_shape(radius, call))?;
     Ok((
         arrays::list(py, found.cells)?,
         of.width.rows(py, found.boundary, columns)?,

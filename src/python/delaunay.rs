@@ -4,7 +4,9 @@ use std::path::Path;
 
 use numpy::{PyReadonlyArray1, PyReadonlyArray2, PyUntypedArrayMethods};
 use pyo3::prelude::*;
+use septet_core::Spec;
 use septet_core::model::MeshView;
+use septet_core::spec::Control;
 use septet_doors::{Call, Failure, Method, Request, Triangulated};
 use septet_io::write::{WriteOptions, check_output, write};
 use septet_lab::report::{RunContext, RunReport};
@@ -18,15 +20,18 @@ use crate::watch::Watch;
 pub struct Core {
     pub(crate) made: Triangulated,
     pub(crate) width: Width,
+    /// What the caller asked for, without the flag and the callback.
+    spec: Spec,
     /// The report of its run as JSON, for one that was loaded from a pickle.
     stats: Option<String>,
 }
 
 impl Core {
     /// Takes a triangulation.
-    pub fn of(made: Triangulated, stats: Option<String>) -> Self {
+    pub fn of(made: Triangulated, spec: &Spec, stats: Option<String>) -> Self {
         let width = Width::of(made.len(), made.cell_count());
-        Core { made, width, stats }
+        let spec = spec.clone().with(|spec| spec.control = Control::default());
+        Core { made, width, spec, stats }
     }
 
     /// Runs a query of `size` items without the interpreter.
@@ -38,7 +43,7 @@ impl Core {
     ) -> PyResult<T> {
         let watch = Watch::new(None);
         // A small query of one thread starts no pool.
-        let threads = if size < crate::watch::UNWATCHED { Some(1) } else { threads };
+        let threads = if size < crate::watch::FEW { Some(1) } else { threads };
         let call = watch.call(threads);
         watch.run(py, size, || query(&self.made, &call))
     }
@@ -49,18 +54,22 @@ impl Core {
         py: Python<'_>,
         query: impl FnOnce(&Triangulated, &Call) -> Result<T, Failure> + Send,
     ) -> PyResult<T> {
-        self.ask(py, (self.made.cell_count(), None), query)
+        self.ask(py, (self.made.cell_count(), self.threads()), query)
+    }
+
+    /// Returns the number of threads that the caller chose for the triangulation.
+    pub(crate) fn threads(&self) -> Option<usize> {
+        self.spec.machine.threads
     }
 
     fn report(&self) -> Option<String> {
-        let run = self.made.run()?;
-        let spec = Request::new(Call::new(septet_core::Door::Python)).spec();
+        let (run, spec) = (self.made.run()?, &self.spec);
         let context = RunContext {
             command: "triangulate",
             threads: spec.machine.thread_count(),
             ..RunContext::default()
         };
-        RunReport::of(run, &spec, &context).to_json().ok()
+        RunReport::of(run, spec, &context).to_json().ok()
     }
 }
 
@@ -91,7 +100,7 @@ impl Core {
         request.max_memory = max_memory;
         request.progress = watch.progress();
         let made = watch.run(py, n, || Triangulated::new(points, columns, &request))?;
-        Ok(Core::of(made, None))
+        Ok(Core::of(made, &request.spec(), None))
     }
 
     /// Checks the contents of a pickle, and returns its triangulation.
@@ -126,7 +135,7 @@ impl Core {
                 &format!("the pickle holds no triangulation: {}", failure.message),
             )
         })?;
-        Ok(Core::of(made, Some(stats)))
+        Ok(Core::of(made, &Spec::default(), Some(stats)))
     }
 
     #[getter]

@@ -95,7 +95,7 @@ impl Machine {
         let spec = spec_of(&options).map_err(|failure| errors::raise(py, &failure))?;
         let watch = Watch::new(progress);
         let ran = watch.run(py, n, || ran((points, columns), &spec, &watch))?;
-        let core = Py::new(py, Core::of(ran.made, None))?;
+        let core = Py::new(py, Core::of(ran.made, &spec, None))?;
         Ok(Machine { core, report: ran.report, line: ran.line })
     }
 

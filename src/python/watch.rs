@@ -13,8 +13,11 @@ use septet_doors::{Call, Failure};
 
 use crate::errors;
 
-/// Below this number of points a call takes milliseconds and is not watched.
-pub const UNWATCHED: usize = 20_000;
+/// Below this number of items a call takes milliseconds, also if a point has as many neighbours, and is not watched.
+pub const UNWATCHED: usize = 256;
+
+/// Below this number of items, a query is answered on one thread.
+pub const FEW: usize = 20_000;
 
 /// The time between two looks at signals.
 const LOOK: Duration = Duration::from_millis(20);

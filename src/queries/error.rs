@@ -136,13 +136,10 @@ impl QueryError {
             | Self::Cells { .. }
             | Self::NoCell { .. }
             | Self::OtherRun
+            | Self::Flat { .. }
             | Self::OtherPoints { .. } => Code::Usage,
             Self::TooMany { .. } => Code::Limit,
-            Self::Range(_)
-            | Self::Flat { .. }
-            | Self::OutsideBox { .. }
-            | Self::Row { .. }
-            | Self::Unused { .. } => Code::Input,
+            Self::Range(_) | Self::OutsideBox { .. } | Self::Row { .. } | Self::Unused { .. } => Code::Input,
         }
     }
 

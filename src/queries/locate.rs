@@ -108,6 +108,7 @@ impl<P: Dimension> Tessellation<P> {
             let mut seen = Seen::default();
             let mut cell = NONE;
             let one = |&i: &u32| {
+                loops::check();
                 let given = queries[i as usize];
                 if (0..P::DIM).any(|axis| !given.coord(axis).is_finite()) {
                     return missing.clone();

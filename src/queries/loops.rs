@@ -18,9 +18,18 @@ pub(crate) fn blocks<U: Send>(len: usize, f: impl Fn(Range<usize>) -> U + Sync) 
     }
 }
 
+/// Ends the call if its flag is set. Loops that take long for a block call it for each item.
+pub(crate) fn check() {
+    cores::check();
+}
+
 /// Returns the values of `f` for the numbers below `len`, in their order.
 pub(crate) fn map<U: Send>(len: usize, f: impl Fn(usize) -> U + Sync) -> Vec<U> {
-    joined(len, blocks(len, |at| at.map(&f).collect::<Vec<U>>()))
+    let one = |i: usize| {
+        check();
+        f(i)
+    };
+    joined(len, blocks(len, |at| at.map(one).collect::<Vec<U>>()))
 }
 
 /// Joins the items of blocks, `len` items or more.

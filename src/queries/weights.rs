@@ -20,6 +20,7 @@ use crate::dual::THIN;
 use crate::error::QueryError;
 use crate::exact;
 use crate::locate::Query;
+use crate::loops;
 use crate::natural::{Cavity, Natural, Row};
 use crate::tessellation::{NONE, Tessellation};
 
@@ -85,6 +86,7 @@ impl Weights {
         check_values(values, columns, self.points)?;
         let mut all = Vec::with_capacity((self.offsets.len() - 1) * columns);
         for ends in self.offsets.windows(2) {
+            loops::check();
             let range = ends[0] as usize..ends[1] as usize;
             let start = all.len();
             all.resize(start + columns, if range.is_empty() { outside } else { 0.0 });

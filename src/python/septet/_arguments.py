@@ -22,7 +22,7 @@ def _integers_fit(a: npt.NDArray[Any]) -> bool:
 
 
 def floats(a: Any, name: str) -> npt.NDArray[np.float64]:
-    """Converts real numbers to float64 in C order, without rounding."""
+    """Copies real numbers as float64 in C order, without rounding: other threads may change the argument."""
     if np.ma.isMaskedArray(a) and np.ma.getmaskarray(a).any():
         raise ValueError(f"{name} has masked entries; drop these rows, or fill them")
     array = np.asarray(a)
@@ -31,7 +31,7 @@ def floats(a: Any, name: str) -> npt.NDArray[np.float64]:
         raise TypeError(f"{name} must be real numbers that float64 holds exactly, not {array.dtype}")
     if kind in "iu" and size == 8 and not _integers_fit(array):
         raise ValueError(f"{name} has integers that float64 does not hold exactly; round or shift them first")
-    return np.ascontiguousarray(array, dtype=np.float64).reshape(array.shape)
+    return np.array(array, dtype=np.float64, order="C", subok=False)
 
 
 def points(a: Any, name: str = "points") -> npt.NDArray[np.float64]:
@@ -72,7 +72,7 @@ def values(v: Any, n: int) -> npt.NDArray[np.float64]:
 
 
 def indices(a: Any, name: str) -> npt.NDArray[np.int64]:
-    """Converts indices of any integer type."""
+    """Copies indices of any integer type."""
     array = np.asarray(a)
     if array.size == 0 and array.dtype.kind == "f":
         array = array.astype(np.int64)
@@ -80,7 +80,7 @@ def indices(a: Any, name: str) -> npt.NDArray[np.int64]:
         raise TypeError(f"{name} must be integers, not {array.dtype}")
     if array.dtype.kind == "u" and array.size and int(array.max()) >= 2**63:
         raise ValueError(f"{name} has an index of {int(array.max())}, which is out of range")
-    return np.ascontiguousarray(array, dtype=np.int64).reshape(array.shape)
+    return np.array(array, dtype=np.int64, order="C", subok=False)
 
 
 def whole(value: Any, name: str, least: int, most: int) -> int:

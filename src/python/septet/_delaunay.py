@@ -98,6 +98,7 @@ class Delaunay(Lazy):
         max_memory: Optional[int] = None,
         progress: Optional[Any] = None,
     ) -> None:
+        self._begin()
         core = _septet.Core(
             arguments.points(points),
             arguments.threads(threads),
@@ -107,7 +108,6 @@ class Delaunay(Lazy):
             arguments.progress(progress),
         )
         self._set("_core", core)
-        self._set("_cache", {})
 
     @classmethod
     def _of(cls, core: _septet.Core) -> Delaunay:

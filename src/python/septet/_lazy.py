@@ -18,6 +18,12 @@ class Lazy:
         except KeyError:
             return self._cache.setdefault(name, make())
 
+    def _begin(self) -> None:
+        """Starts an object with an empty cache. An object is made once."""
+        if hasattr(self, "_cache"):
+            raise AttributeError(f"a septet.{type(self).__name__} cannot be changed: make a new one")
+        self._set("_cache", {})
+
     def _set(self, name: str, value: Any) -> None:
         object.__setattr__(self, name, value)
 

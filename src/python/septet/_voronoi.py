@@ -35,6 +35,8 @@ class Voronoi(Lazy):
     ------
     PointError
         If a point is not finite or lies outside of the box.
+    OptionError
+        If cells, ridges or volumes of flat points are requested: they have no simplices.
 
     Attributes
     ----------
@@ -70,13 +72,13 @@ class Voronoi(Lazy):
         box: Optional[Tuple[npt.ArrayLike, npt.ArrayLike]] = None,
         threads: Optional[int] = None,
     ) -> None:
+        self._begin()
         threads = arguments.threads(threads)
         delaunay = points if isinstance(points, Delaunay) else Delaunay(points, threads=threads)
         corners = None if box is None else _corners(box, delaunay.ndim)
         self._set("_delaunay", delaunay)
         self._set("_box", corners)
         self._set("_threads", threads)
-        self._set("_cache", {})
         if corners is not None:
             # Points outside of the box are errors of this call.
             self._cache["volumes"] = self._make_volumes()
@@ -211,10 +213,12 @@ def _regions(n: int, points: Any, rows: Ragged) -> Ragged:
     """Collects the vertices of the ridges at each point."""
     lengths = np.diff(rows.offsets)
     ends = np.concatenate([points[:, 0], points[:, 1]]).astype(np.int64)
-    pairs = np.column_stack([np.repeat(ends, np.tile(lengths, 2)), np.tile(rows.values, 2)])
-    pairs = np.unique(pairs[pairs[:, 0] >= 0], axis=0)
-    offsets = np.searchsorted(pairs[:, 0], np.arange(n + 1))
-    return Ragged(offsets.astype(np.int64), np.ascontiguousarray(pairs[:, 1]).astype(rows.values.dtype))
+    ends, vertices = np.repeat(ends, np.tile(lengths, 2)), np.tile(rows.values, 2).astype(np.int64)
+    # One number for a point and a vertex sorts much faster than a pair. There are no vertices at infinity in a box.
+    width = int(vertices.max(initial=0)) + 1
+    keys = np.unique((ends * width + vertices)[ends >= 0])
+    offsets = np.searchsorted(keys, np.arange(n + 1, dtype=np.int64) * width)
+    return Ragged(offsets.astype(np.int64), (keys % width).astype(rows.values.dtype))
 
 
 def _restored(delaunay: Delaunay, box: Any) -> Voronoi:
