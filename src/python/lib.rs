@@ -11,6 +11,8 @@
 //! | alpha complexes; Voronoi diagrams | `alpha`, `voronoi` |
 //! | runs of the counted machine; meshes; readers and the verifier | `machine`, `mesh`, `files` |
 
+#![expect(clippy::needless_pass_by_value, reason = "functions for Python own their arguments")]
+
 mod alpha;
 mod arrays;
 mod delaunay;
