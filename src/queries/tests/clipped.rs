@@ -21,12 +21,14 @@ fn check<P: Dimension + Coordinates>(points: &[P], low: P, high: P) {
         let at = points[row[1] as usize];
         if row[0] > side(6) {
             let k = (u32::MAX - row[0]) as usize;
-            let wall = if k % 2 == 0 { low } else { high };
+            let wall = if k.is_multiple_of(2) { low } else { high };
             sums[row[1] as usize] += area * (wall.coord(k / 2) - at.coord(k / 2)).abs();
             *sides.entry(k).or_insert(0.0) += area;
         } else {
             let half = (points[row[0] as usize] - at).norm2().sqrt() / 2.0;
-            row.iter().for_each(|&v| sums[v as usize] += area * half);
+            for &v in row {
+                sums[v as usize] += area * half;
+            }
         }
     }
     for (sum, volume) in sums.iter().zip(&volumes) {

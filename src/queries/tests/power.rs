@@ -38,7 +38,7 @@ fn by_all_pairs<P: Dimension>(sites: &[Weighted<P>], own: usize, (low, high): (P
             let along = site.position() + shift - place;
             let length = along.norm2().sqrt();
             if length > 0.0 {
-                planes.push((along / length, (length + (weight - self::weight(site)) / length) / 2.0));
+                planes.push((along / length, length / 2.0 + (weight - self::weight(site)) / (2.0 * length)));
             } else if other != own && self::weight(site) >= weight {
                 return 0.0;
             }

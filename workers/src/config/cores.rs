@@ -131,9 +131,8 @@ fn stopped(payload: Box<dyn Any + Send>) -> Stopped {
     payload.downcast::<Stopped>().map_or_else(|other| resume_unwind(other), |stopped| *stopped)
 }
 
-/// Ends the call of [`within`] by unwinding, if its flag is set. Loops look at it before each block; a block that takes long looks
-/// at it between its items.
-pub fn check() {
+/// Ends the call by unwinding if its flag is set.
+fn check() {
     if FLAG.with_borrow(|flag| flag.as_ref().is_some_and(|flag| flag.load(Ordering::Relaxed))) {
         resume_unwind(Box::new(Stopped));
     }
