@@ -18,7 +18,7 @@
 
 use septet_core::cores::sort_rows;
 use septet_geometry::measure::circumcircle;
-use septet_geometry::point::{Simplex, dist2};
+use septet_geometry::point::{Point, Simplex, dist2};
 
 use crate::dimension::Dimension;
 use crate::dual::circumcentre;
@@ -199,9 +199,8 @@ impl<P: Dimension> Tessellation<P> {
         let own = if P::DIM == 2 {
             dist2(face[0], face[1]) / 4.0
         } else {
-            circumcircle([face[0], face[1], face[2]]).1
+            radius2_of_triangle([face[0], face[1], face[2]])
         };
-        // A rounded radius that is not a number is that of nearly collinear points.
         own.min(least)
     }
 
@@ -233,6 +232,23 @@ impl<P: Dimension> Tessellation<P> {
 
 /// Whether `p` lies strictly inside of the smallest ball whose sphere passes through the corners of an edge or a triangle.
 ///
+/// Returns the squared circumradius of a triangle in space. That of a thin triangle is computed by big integers.
+fn radius2_of_triangle<P: Point>(triangle: [P; 3]) -> f64 {
+    /// The sine of an angle, squared, below which the rounded radius loses more than a few digits.
+    const THIN_ANGLE2: f64 = 1e-6;
+    let [a, b, c] = triangle;
+    let sides = [a - c, b - a, c - b];
+    // In all three products of two sides, twice the area is the same.
+    let normal2 = P::hull_normal(&[sides[1], sides[0] * -1.0]).norm2();
+    let squares = sides.map(|side| side.norm2());
+    let largest = (squares[0] * squares[1]).max(squares[1] * squares[2]).max(squares[2] * squares[0]);
+    if normal2 < THIN_ANGLE2 * largest {
+        exact::radius2_of_triangle(&triangle)
+    } else {
+        circumcircle(triangle).1
+    }
+}
+
 /// Let `m` be the largest rounded difference of coordinates to `p` or, for triangles, to the first corner. For an edge, each of at most
 /// 3 products passes through 5 roundings, so the error is below `16 u m^2`. For a triangle, products of 6 differences have a
 /// total of at most `108 m^6` and pass through at most 18 roundings, so the error is below `2048 u m^6`. The differences

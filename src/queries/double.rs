@@ -1,4 +1,4 @@
-//! Circumradii in numbers of two floats.
+//! Circumradii and determinants in numbers of two floats.
 //!
 //! **Statement.** The circumcentre relative to a corner is a vector divided by twice the determinant of the cell. So the
 //! circumradius is the quotient of two lengths. Both are polynomials, evaluated here in sums of two floats with about 104
@@ -71,13 +71,21 @@ fn scaled(a: &Vector, by: Double) -> Vector {
     a.map(|x| x.times(by))
 }
 
+/// Returns the vector from the first corner of a cell to another one; its third coordinate is 0 in the plane.
+fn side<P: Point>(cell: &[P], corner: usize) -> Vector {
+    let difference = |axis| Double::sum(cell[corner].coord(axis), -cell[0].coord(axis));
+    std::array::from_fn(|axis| if axis < P::DIM { difference(axis) } else { Double::default() })
+}
+
+/// Returns the orientation determinant of a positively oriented cell that is not thin.
+pub(crate) fn determinant<P: Point>(cell: &[P]) -> f64 {
+    let normal = cross(&side(cell, 1), &side(cell, 2));
+    if P::DIM == 2 { normal[2].0 } else { dot(&normal, &side(cell, 3)).0 }
+}
+
 /// Returns the circumradius of a cell that is not thin.
 pub(crate) fn circumradius<P: Point>(cell: &[P]) -> f64 {
-    let side = |corner: usize| -> Vector {
-        let difference = |axis| Double::sum(cell[corner].coord(axis), -cell[0].coord(axis));
-        std::array::from_fn(|axis| if axis < P::DIM { difference(axis) } else { Double::default() })
-    };
-    let (a, b) = (side(1), side(2));
+    let (a, b) = (side(cell, 1), side(cell, 2));
     let [squared_a, squared_b] = [dot(&a, &a), dot(&b, &b)];
     let normal = cross(&a, &b);
     if P::DIM == 2 {
@@ -86,7 +94,7 @@ pub(crate) fn circumradius<P: Point>(cell: &[P]) -> f64 {
         let [x, y, z] = [squared_a, squared_b, dot(&c, &c)].map(|square| square.0.sqrt());
         return x * y / (2.0 * normal[2].0.abs()) * z;
     }
-    let c = side(3);
+    let c = side(cell, 3);
     let terms =
         [scaled(&cross(&b, &c), squared_a), scaled(&cross(&c, &a), squared_b), scaled(&normal, dot(&c, &c))];
     let over: [f64; 3] =
@@ -114,6 +122,10 @@ mod tests {
             let height = 0.5f64.powi(round % 20);
             let plane = [[draw(), draw()], [draw(), draw()], [draw(), draw()]].map(DVec2::from);
             let space = [(); 4].map(|()| DVec3::new(draw(), draw(), height * draw()));
+            for (cell, sign) in [(space, 1.0), ([space[1], space[0], space[2], space[3]], -1.0)] {
+                let (found, expected) = (sign * determinant(&cell), sign * exact::measure(&cell));
+                assert!((found - expected).abs() <= f64::EPSILON * expected.abs(), "{found} {expected}");
+            }
             check(&plane, exact::circumcentre(&plane).length());
             check(&space, exact::circumcentre(&space).length());
         }

@@ -18,8 +18,8 @@
 //! **Source.** Edelsbrunner, *Geometry and Topology for Mesh Generation* (2001); the cotangent formula: Pinkall and Polthier,
 //! "Computing discrete minimal surfaces and their conjugates" (1993).
 //!
-//! **Rounding.** A circumcentre is a quotient of determinants. If the rounded denominator may have a relative error above
-//! [`THIN`], both are computed by big integers and rounded once.
+//! **Rounding.** A circumcentre is a quotient of determinants. If the rounded numerator or denominator may have a relative error
+//! above [`THIN`], both are computed by big integers and rounded once.
 //!
 //! **Work.** O(1) for each cell.
 
@@ -44,10 +44,22 @@ pub(crate) fn circumcentre<P: Point>(cell: &[P]) -> P {
         *rel = cell[i + 1] - cell[0];
     }
     let (w, v) = P::sphere_plane(&rel[..P::DIM]);
-    if w * THIN > P::rounded_orientation(&cell[..=P::DIM]).bound {
+    if w * THIN > P::rounded_orientation(&cell[..=P::DIM]).bound && !is_cancelled(v, &rel[..P::DIM]) {
         return v / (2.0 * w);
     }
     exact::circumcentre(cell)
+}
+
+/// Whether the terms of the numerator of a circumcentre cancel so far that its relative error may be above [`THIN`]. The terms are
+/// products of squared lengths and the other lengths.
+fn is_cancelled<P: Point>(numerator: P, sides: &[P]) -> bool {
+    let squares: f64 = sides.iter().map(|side| side.norm2()).sum();
+    let lengths: f64 = sides.iter().map(|side| side.norm2().sqrt()).product();
+    let largest = squares.sqrt() * lengths;
+    // The square of the numerator may be beyond the range of floats.
+    let length = (0..P::DIM).map(|axis| numerator.coord(axis).abs()).fold(0.0, f64::max);
+    // Each term has a relative error below 2^-49.
+    length * THIN < largest * 2f64.powi(-49)
 }
 
 /// Returns the part of each edge of [`Dimension::EDGES`] in a positively oriented cell whose circumcentre is known relative to

@@ -165,6 +165,15 @@ pub(crate) fn measure<P: Point>(cell: &[P]) -> f64 {
     rounded(&orientation_of(&cell), 0) * unit.powi(P::DIM as i32)
 }
 
+/// Returns the squared circumradius of a triangle in space, rounded; NaN if the corners are collinear.
+pub(crate) fn radius2_of_triangle<P: Point>(triangle: &[P; 3]) -> f64 {
+    let (all, unit) = integers_with_unit(triangle);
+    let [u, v] = [minus(&all[1], &all[0]), minus(&all[2], &all[0])];
+    let (w, normal) = (minus(&v, &u), cross(&u, &v));
+    let over = dot(&u, &u) * dot(&v, &v) * dot(&w, &w);
+    ratio(&over, &(dot(&normal, &normal) * 4)) * unit * unit
+}
+
 /// Whether `p` lies strictly inside of the smallest ball whose sphere passes through the corners of an edge or a triangle.
 pub(crate) fn in_smallest_ball<P: Point>(face: &[P], p: P) -> bool {
     let mut all = face.to_vec();

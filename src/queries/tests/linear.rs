@@ -139,3 +139,35 @@ fn centroids_balance<P: Dimension + Coordinates>() {
     }
 }
 both!(centroids_balance_in_the_plane, centroids_balance_in_space, centroids_balance);
+
+/// Cells of a grid that is moved a little, whose numerators and triangles cancel.
+#[test]
+fn flat_cells_have_exact_values() {
+    let cell = [
+        [8.4e-13, 1.000_000_000_000_01, 2.3e-13],
+        [1.1e-13, 2.000_000_000_000_72, 3.1e-13],
+        [1.000_000_000_000_57, 1.000_000_000_000_05, 2.9e-13],
+        [1.000_000_000_000_95, 2.000_000_000_000_91, 3.5e-13],
+    ];
+    let t = made(&cell.map(glam::DVec3::from));
+    let (radius, value) = (t.circumradii()[0], t.alpha_filtration().cells[0]);
+    assert!(
+        (value - 9.506_521_721_634_071).abs() < 1e-12 && (radius * radius - value).abs() < 1e-13,
+        "{value}"
+    );
+    // The squared radius of the facet, from exact fractions.
+    let cell = [
+        [6.4e-13, 2.7e-13, 4e-14],
+        [1.000_000_000_000_02, 8.1e-13, 9.1e-13],
+        [3.000_000_000_000_61, 7.3e-13, 5.4e-13],
+        [9.4e-13, 1.000_000_000_000_82, 0.0],
+        [8.6e-13, 3e-14, 1.000_000_000_000_73],
+    ];
+    let found = made(&cell.map(glam::DVec3::from)).alpha_filtration();
+    let at = found.facets.iter().position(|facet| *facet == [0, 1, 2]).unwrap();
+    assert!(
+        (found.facet_values[at] / 1.552_339_720_922_287e24 - 1.0).abs() < 1e-14,
+        "{}",
+        found.facet_values[at]
+    );
+}
