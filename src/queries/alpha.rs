@@ -18,7 +18,7 @@
 
 use septet_core::cores::sort_rows;
 use septet_geometry::measure::circumcircle;
-use septet_geometry::point::{Point, Simplex, dist2};
+use septet_geometry::point::{Point, Simplex, Vector, dist2};
 
 use crate::dimension::Dimension;
 use crate::dual::circumcentre;
@@ -240,7 +240,7 @@ fn radius2_of_triangle<P: Point>(triangle: [P; 3]) -> f64 {
     let sides = [a - c, b - a, c - b];
     // In all three products of two sides, twice the area is the same.
     let normal2 = P::hull_normal(&[sides[1], sides[0] * -1.0]).norm2();
-    let squares = sides.map(|side| side.norm2());
+    let squares = sides.map(Vector::norm2);
     let largest = (squares[0] * squares[1]).max(squares[1] * squares[2]).max(squares[2] * squares[0]);
     if normal2 < THIN_ANGLE2 * largest {
         exact::radius2_of_triangle(&triangle)
