@@ -116,6 +116,7 @@ def main() -> None:
     parser.add_argument("--out", type=Path, required=True, help="the folder of the wheel")
     arguments = parser.parse_args()
     name, files = contents(arguments.target, arguments.tag)
+    arguments.out.mkdir(parents=True, exist_ok=True)
     for old in arguments.out.glob(f"septet-*-{arguments.tag}-*.whl"):
         old.unlink()
     path = arguments.out / name
