@@ -22,7 +22,7 @@ import licences
 HERE = Path(__file__).resolve().parent
 ROOT = HERE.parents[1]
 # The largest wheel, in bytes. The program takes 11.5 million of them, and the module 7.2 million.
-MOST = 20_000_000
+MOST = 24_000_000
 
 
 def project() -> Dict[str, Any]:
