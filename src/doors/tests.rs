@@ -134,7 +134,7 @@ fn few_and_flat_points_have_no_cells() {
         assert_eq!((t.dimension(), t.cell_count(), t.is_empty()), (dimension, 0, points.is_empty()));
         assert_eq!(t.locate(&[0.0, 0.0], &call()).unwrap(), [NONE]);
         let failure = t.voronoi_volumes(None, &call()).unwrap_err();
-        assert_eq!((failure.code, failure.index), (Code::Input, None));
+        assert_eq!((failure.code, failure.index), (Code::Usage, None));
         assert!(t.hull(&call()).unwrap().is_empty() && t.edges(&call()).unwrap().is_empty());
         assert_eq!(Triangulated::of_rows(points, 2, &[], &call()).unwrap().dimension(), dimension);
     }
