@@ -174,3 +174,17 @@ fn threads_do_not_matter() {
     };
     assert!(of(1) == of(4) && of(1) == of(0));
 }
+
+/// Cells that wind twice around their centre are locally Delaunay and convex.
+#[test]
+fn a_double_cover_is_no_triangulation() {
+    let mut points = vec![0.0, 0.0];
+    for i in 0..5 {
+        let angle = 0.8 * std::f64::consts::PI * f64::from(i);
+        points.extend([angle.cos(), angle.sin()]);
+    }
+    let mut cells: Vec<[u32; 3]> = (0..5).map(|i| [0, 1 + i, 1 + (i + 1) % 5]).collect();
+    cells.sort_unstable();
+    let failure = Triangulated::of_rows(&points, 2, cells.as_flattened(), &call()).unwrap_err();
+    assert_eq!(failure.code, Code::Input);
+}

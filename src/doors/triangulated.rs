@@ -2,7 +2,7 @@
 
 use bytemuck::cast_slice;
 use glam::{DVec2, DVec3};
-use septet_core::{Error, Outcome, triangulate};
+use septet_core::{Code, Error, Outcome, triangulate};
 use septet_geometry::coordinates::Coordinates;
 use septet_queries::{Dimension, Ragged, Tessellation};
 
@@ -87,31 +87,22 @@ impl Triangulated {
     }
 
     /// Takes a triangulation from its points and cells, such as those of a pickle. `cells` are the rows that
-    /// [`Triangulated::cells`] returns. Points that are not finite count as skipped.
+    /// [`Triangulated::cells`] returns. Points that are not finite count as skipped. The points are triangulated again, because no
+    /// check of the cells takes much less time.
     ///
     /// # Errors
-    /// Fails if the cells are not the canonical rows of a Delaunay triangulation of the points.
+    /// Fails if the cells are not the canonical rows of the triangulation of the points.
     pub fn of_rows(points: &[f64], columns: usize, cells: &[u32], call: &Call) -> Result<Self, Failure> {
-        match Rows::of(points, columns)? {
-            Rows::Plane(points) => Self::of_cells(points, cells, call, Either::Plane),
-            Rows::Space(points) => Self::of_cells(points, cells, call, Either::Space),
-        }
-    }
-
-    fn of_cells<P: Dimension>(
-        points: &[P],
-        cells: &[u32],
-        call: &Call,
-        wrap: fn(Tessellation<P>) -> Either,
-    ) -> Result<Self, Failure> {
-        if !cells.len().is_multiple_of(P::DIM + 1) {
-            let message = format!("{} vertices are not whole cells of {} vertices", cells.len(), P::DIM + 1);
+        if !cells.len().is_multiple_of(columns + 1) {
+            let message = format!("{} vertices are not whole cells of {} vertices", cells.len(), columns + 1);
             return Err(Failure::usage(message));
         }
-        let made = call.ask(|| Tessellation::of_cells(points, cast_slice(cells)))?;
-        let is_finite = |p: &P| (0..P::DIM).all(|axis| p.coord(axis).is_finite());
-        let skipped = (0u32..).zip(points).filter(|(_, p)| !is_finite(p)).map(|(i, _)| i).collect();
-        Ok(Triangulated { either: wrap(made), skipped, run: None })
+        let request = Request { skip_invalid: true, ..Request::new(call.clone()) };
+        let made = Self::new(points, columns, &request)?;
+        if made.cells() != cells {
+            return Err(Failure::new(Code::Input, "the cells are not those of the points"));
+        }
+        Ok(Triangulated { run: None, ..made })
     }
 
     /// Returns the number of coordinates: 2 or 3.
