@@ -81,7 +81,7 @@ fn is_finite<P: Point>(x: P) -> bool {
     (0..P::DIM).all(|k| x.coord(k).is_finite())
 }
 
-/// The nearest points of a probe, with their squared distances.
+/// The nearest points of a probe, with their squared distances minus their weights: a site that hides the probe is among them.
 pub(super) type Near<P> = Vec<(f64, P)>;
 
 /// Returns the order of two neighbours: by distance, and by coordinates if the distances are equal.
@@ -107,8 +107,9 @@ pub(super) fn near_neighbours<P: Point>(points: &[P], probes: &[P]) -> Vec<Near<
             let (mut near, mut limit2) = (Near::new(), f64::INFINITY);
             for &x in chunk {
                 let d2 = dist2(x, probe);
-                if d2 <= limit2 && d2 > 0.0 {
-                    near.push((d2, x));
+                let power = d2 - x.weight();
+                if power <= limit2 && d2 > 0.0 {
+                    near.push((power, x));
                     if near.len() == 2 * NEAREST {
                         limit2 = keep_nearest(&mut near);
                     }
@@ -136,7 +137,7 @@ pub(super) fn near_neighbours<P: Point>(points: &[P], probes: &[P]) -> Vec<Near<
 
 /// Returns the spheres through the probe and its nearest neighbours that contain no near neighbour.
 fn circumballs<P: Point>(probe: P, near: &[(f64, P)]) -> Vec<Ball<P>> {
-    let near: Vec<(f64, P)> = near.iter().map(|&(d2, x)| (d2, x - probe)).collect();
+    let near: Vec<(f64, P)> = near.iter().map(|&(_, x)| (dist2(x, probe), x - probe)).collect();
     let vertices = &near[..VERTICES.min(near.len())];
     let mut balls = Vec::new();
     each_subset(vertices, P::DIM, &mut Vec::new(), &mut |corners: &[P]| {

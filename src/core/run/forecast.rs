@@ -6,7 +6,10 @@
 //! small and of a large sample give the exponent of the growth, and the forecast extrapolates it to all points. The sample
 //! depends only on the points and their order.
 //!
-//! **Departure.** The plane needs no sample, because its stars have six cells on average.
+//! The star of a hidden site is empty. The nearest points of a site with a weight are those of least power distance, so the
+//! sites that hide it are among them.
+//!
+//! **Departure.** The plane needs no sample without weights, because its stars have six cells on average.
 //!
 //! **Work.** One distance for each point and probe, in parallel, and the stars of the probes.
 
@@ -46,6 +49,10 @@ const DIRECT: [Bytes; 2] = [Bytes { point: 60.0, cell: 36.0 }, Bytes { point: 80
 /// Bytes of `simulate`, measured in the same way. The edges of the supergraph need more on some sets.
 const COUNTED: [Bytes; 2] = [Bytes { point: 300.0, cell: 150.0 }, Bytes { point: 300.0, cell: 120.0 }];
 
+/// Bytes that a run in a periodic box keeps for each cell besides: the neighbours of cells, and the cells of the box with their offsets. Half
+/// of the measured value, because cells of images alone are not kept.
+const CELL_IN_BOX: f64 = 24.0;
+
 /// Bytes of `independent`, which has no cells.
 const SITES: [Bytes; 2] = [Bytes { point: 100.0, cell: 0.0 }; 2];
 
@@ -58,10 +65,10 @@ pub(super) struct Forecast {
 }
 
 impl Forecast {
-    /// Estimates the size of a run.
-    pub(super) fn of<P: Point>(task: Task, points: &[P]) -> Self {
+    /// Estimates the size of a run. `in_box` is set if the points are the sites of a periodic box and their images.
+    pub(super) fn of<P: Point>(task: Task, points: &[P], in_box: bool) -> Self {
         // A run that stops early has no cells.
-        let (bytes, has_cells) = match task {
+        let (mut bytes, has_cells) = match task {
             Task::Triangulate => (of_dimension::<P, _>(DIRECT), true),
             Task::Simulate => (of_dimension::<P, _>(COUNTED), true),
             Task::Count(Until::Graph | Until::Partition | Until::Neighbours) => {
@@ -69,14 +76,15 @@ impl Forecast {
             }
             Task::Independent { .. } => (of_dimension::<P, _>(SITES), false),
         };
+        if in_box {
+            bytes.cell += CELL_IN_BOX;
+        }
         let star = match (has_cells, P::DIM) {
-            // Hidden sites have no cells, and there may be any number of them.
             (false, _) => 0.0,
-            (true, _) if P::IS_WEIGHTED => 0.0,
-            (true, 2) => USUAL_STAR[0],
+            (true, 2) if !P::IS_WEIGHTED => USUAL_STAR[0],
             // The stars of a sample would take longer than many runs.
             (true, 4..) => USUAL_STAR[1],
-            (true, _) => mean_star(points).unwrap_or(USUAL_STAR[1]),
+            (true, _) => mean_star(points).unwrap_or(of_dimension::<P, _>(USUAL_STAR)),
         };
         let points = points.len() as f64;
         Forecast { points, cells: points * star / (P::DIM + 1) as f64, bytes }
@@ -101,8 +109,9 @@ fn mean_star<P: Point>(points: &[P]) -> Option<f64> {
         let coarse = finite(count);
         let size = |(&probe, near): (&P, &Vec<(f64, P)>)| {
             let mut candidates: Vec<P> = near.iter().map(|&(_, x)| x).chain(coarse.iter().copied()).collect();
-            candidates.sort_unstable_by(lex_cmp);
-            candidates.dedup();
+            // The heaviest of the sites at one position stays.
+            candidates.sort_unstable_by(|a, b| lex_cmp(a, b).then_with(|| b.weight().total_cmp(&a.weight())));
+            candidates.dedup_by(|a, b| lex_cmp(a, b).is_eq());
             star_size(&mut builder, probe, candidates)
         };
         probes.iter().zip(&near).map(size).sum::<Option<usize>>()
@@ -118,7 +127,7 @@ fn mean_star<P: Point>(points: &[P]) -> Option<f64> {
 /// Returns the number of cells at a probe among the candidates. Returns `None` if their signs are not exact.
 fn star_size<P: Point>(builder: &mut StarBuilder<P>, probe: P, candidates: Vec<P>) -> Option<usize> {
     let mut table = vec![probe];
-    table.extend(candidates.into_iter().filter(|&x| x != probe));
+    table.extend(candidates.into_iter().filter(|x| lex_cmp(x, &probe).is_ne()));
     let exponent = scale_exponent(&table).ok()?;
     for x in &mut table {
         *x = scale(*x, exponent);
@@ -131,6 +140,7 @@ fn star_size<P: Point>(builder: &mut StarBuilder<P>, probe: P, candidates: Vec<P
 #[cfg(test)]
 mod tests {
     use glam::DVec3;
+    use septet_geometry::site::Weighted;
 
     use super::*;
     use crate::generate::{Kind, Request, generate};
@@ -163,6 +173,27 @@ mod tests {
         }
     }
 
+    /// Random sites, of which every 47th has the weight `heavy`, and the others none.
+    fn weighted(n: u64, heavy: f64) -> Vec<Weighted<DVec3>> {
+        let request = Request { kind: Kind::Uniform, n, dimension: 3, seed: 6, lipschitz: None, ratio: None };
+        let Points::Space(points) = generate(&request, &mut |_, _, _| {}).unwrap().points else {
+            return vec![];
+        };
+        let site = |(i, x)| Weighted::new(x, if i % 47 == 5 { heavy } else { 0.0 });
+        points.into_iter().enumerate().map(site).collect()
+    }
+
+    #[test]
+    fn hidden_sites_have_no_cells() {
+        let star = |heavy| mean_star(&weighted(20_000, heavy)).unwrap();
+        assert!((15.0..40.0).contains(&star(0.0)), "{}", star(0.0));
+        assert!(star(1.0) < 3.0, "{}", star(1.0));
+        // Sites at one position count once.
+        let mut twice = weighted(3000, 0.0);
+        twice.extend(weighted(3000, 1e-9));
+        assert!((15.0..40.0).contains(&mean_star(&twice).unwrap()));
+    }
+
     #[test]
     fn degenerate_points_have_a_forecast() {
         let nowhere = vec![DVec3::NAN; 50];
@@ -170,7 +201,7 @@ mod tests {
         let far: Vec<DVec3> = (0..50).map(|i| DVec3::splat(2f64.powi(40 * i - 1000))).collect();
         let line: Vec<DVec3> = (0..5000).map(|i| DVec3::splat(f64::from(i))).collect();
         for points in [nowhere, same, far, line, Vec::new()] {
-            let bytes = Forecast::of(Task::Triangulate, &points).bytes();
+            let bytes = Forecast::of(Task::Triangulate, &points, false).bytes();
             assert!(bytes <= 1000 * points.len() as u64, "{bytes}");
         }
     }

@@ -25,7 +25,8 @@ pub fn admit_rows(spec: &Spec, points: u64, dimension: usize) -> Result<(), Erro
 /// # Errors
 /// Returns [`Error::Memory`] with the forecast.
 pub fn admit<P: Point>((spec, task): (&Spec, Task), points: &[P]) -> Result<(), Error> {
-    let more = || Forecast::of(task, points).bytes();
+    let in_box = spec.input.periodic.is_some();
+    let more = || Forecast::of(task, points, in_box).bytes();
     compare(spec, points.len() as u64, || more().saturating_add(rss().unwrap_or(0)))
 }
 

@@ -73,7 +73,7 @@ fn leaf(d: usize) -> u64 {
 }
 
 fn runs(lab: &mut Lab, d: usize) -> Result<Rc<Vec<Counted>>, ClaimError> {
-    let n = if lab.brief() { 1 << 12 } else { lab.size(1 << 13, 1 << 16) };
+    let n = if lab.brief() { 1 << 12 } else { lab.size(1 << 16, 1 << 18) };
     let samples = &[Sample::new(Kind::Uniform, n, d)];
     let name = format!("dimensions {}", samples[0].name());
     lab.counted(&Runs { name: &name, samples, seeds: RUNS, until: Some(Until::Graph) }, |spec| {
