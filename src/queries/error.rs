@@ -83,47 +83,6 @@ pub enum QueryError {
         /// Number of cells.
         cells: usize,
     },
-    /// Rows are not the cells of a Delaunay triangulation of the points.
-    #[error("cell {cell} {fault}; pass points and cells of one triangulation, unchanged")]
-    Row {
-        /// The first such row.
-        cell: usize,
-        /// Its fault.
-        fault: RowFault,
-    },
-    /// A finite point at a place of its own belongs to no cell.
-    #[error("no cell has the vertex {point}; pass points and cells of one triangulation, unchanged")]
-    Unused {
-        /// The point.
-        point: usize,
-    },
-}
-
-/// The fault of a row.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Error)]
-#[non_exhaustive]
-pub enum RowFault {
-    /// A vertex is not a number of a point.
-    #[error("has a vertex that is no point")]
-    NoPoint,
-    /// A vertex is not finite.
-    #[error("has a vertex that is not finite")]
-    NotFinite,
-    /// The row or the order of rows is not canonical.
-    #[error("is not in canonical order")]
-    Order,
-    /// The cell is flat or negatively oriented.
-    #[error("is not positively oriented")]
-    Orientation,
-    /// Three cells share a facet, or two cells lie on the same side of one.
-    #[error("overlaps another cell at a facet")]
-    Facet,
-    /// The sphere of the cell contains a vertex of a neighbour.
-    #[error("is not a Delaunay cell")]
-    NotDelaunay,
-    /// The boundary of the cells is not convex, so cells are missing.
-    #[error("lies at a gap")]
-    Gap,
 }
 
 impl QueryError {
@@ -139,7 +98,7 @@ impl QueryError {
             | Self::Flat { .. }
             | Self::OtherPoints { .. } => Code::Usage,
             Self::TooMany { .. } => Code::Limit,
-            Self::Range(_) | Self::OutsideBox { .. } | Self::Row { .. } | Self::Unused { .. } => Code::Input,
+            Self::Range(_) | Self::OutsideBox { .. } => Code::Input,
         }
     }
 
@@ -147,8 +106,7 @@ impl QueryError {
     pub fn row(&self) -> Option<u64> {
         match self {
             Self::Range(RangeError::NotFinite { index, .. } | RangeError::Spread { low: index, .. })
-            | Self::OutsideBox { index }
-            | Self::Unused { point: index } => Some(*index as u64),
+            | Self::OutsideBox { index } => Some(*index as u64),
             _ => None,
         }
     }

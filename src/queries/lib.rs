@@ -7,7 +7,6 @@
 //! | question | modules |
 //! | --- | --- |
 //! | rows, neighbours, hull, vertices that edges join, volumes, shapes | [`tessellation`], `rows`, `incidence` |
-//! | a triangulation from its cells | `restored` |
 //! | the cell of a query, the nearest vertex | `locate`, `nearest` |
 //! | Voronoi vertices, ridges, areas, volumes, centroids | [`voronoi`], `dual`, `double`, `clip`, `centroids`, [`clipped`] |
 //! | barycentric coordinates, gradients, weights of interpolations | [`weights`], `linear`, `natural` |
@@ -32,7 +31,6 @@ mod natural;
 mod nearest;
 pub mod power;
 pub mod ragged;
-mod restored;
 mod rows;
 mod seen;
 pub mod tessellation;
@@ -44,7 +42,7 @@ pub mod weights;
 pub use alpha::{AlphaFiltration, AlphaShape};
 pub use clipped::Clipped;
 pub use dimension::Dimension;
-pub use error::{QueryError, RowFault};
+pub use error::QueryError;
 pub use power::{Polytope, Region, power_cells, power_volumes};
 pub use ragged::Ragged;
 pub use tessellation::{NONE, Tessellation};

@@ -80,7 +80,7 @@ fn row<P: Dimension>(share: &WorkerShare, cell: usize, own: u32, first: &[u32]) 
 }
 
 /// Puts a positively oriented row into canonical order, and its neighbours into the same order.
-pub(crate) fn sort(row: &mut [u32], next: &mut [u32]) {
+fn sort(row: &mut [u32], next: &mut [u32]) {
     let mut odd = false;
     for i in 1..row.len() {
         let mut j = i;
@@ -128,7 +128,7 @@ fn order<S: Simplex>(rows: &[S], n: usize) -> Vec<u32> {
 }
 
 /// Joins equal facets of cells over `n` points.
-pub(crate) fn matched<P: Dimension>(cells: &[P::Cell], n: usize) -> Vec<P::Cell> {
+fn matched<P: Dimension>(cells: &[P::Cell], n: usize) -> Vec<P::Cell> {
     let corners = P::DIM + 1;
     let facet = |at: usize| {
         let (row, mut facet) = (cells[at / corners].as_ref(), P::Facet::splat(0));

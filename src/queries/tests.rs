@@ -6,7 +6,6 @@ mod linear;
 mod locate;
 mod natural;
 mod power;
-mod restored;
 mod rows;
 mod voronoi;
 

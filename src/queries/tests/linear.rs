@@ -92,7 +92,7 @@ fn edges_and_radii_fit_cells<P: Dimension + Coordinates>() {
     for (cell, row) in t.cells().iter().enumerate() {
         let radius = (t.point(row.as_ref()[1]) - centres[cell]).norm2().sqrt();
         assert!((radius - radii[cell]).abs() <= 1e-9 * radius.max(1.0) * radius, "{radius} {}", radii[cell]);
-        assert!((radii[cell] * radii[cell] - values[cell]).abs() <= 1e-9 * values[cell]);
+        assert!((radii[cell] * radii[cell] - values[cell]).abs() <= 1e-14 * values[cell]);
     }
     let (regions, on_hull) = (t.voronoi_regions().unwrap(), t.hull());
     for v in 0..points.len() as u32 {
@@ -122,7 +122,7 @@ fn centroids_balance<P: Dimension + Coordinates>() {
             }
         }
         let whole = 1.75f64.powi(P::DIM as i32);
-        (0..P::DIM).for_each(|axis| assert!((sum.coord(axis) - 0.375 * whole).abs() < 1e-9, "{sum:?}"));
+        (0..P::DIM).for_each(|axis| assert!((sum.coord(axis) - 0.375 * whole).abs() < 1e-12, "{sum:?}"));
         let (unbounded, all) = (t.voronoi_centroids().unwrap(), t.voronoi_volumes().unwrap());
         for v in 0..points.len() {
             if all[v] > 0.0 && (all[v] - volumes[v]).abs() < 1e-12 {
