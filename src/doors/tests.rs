@@ -204,7 +204,7 @@ fn points_with_weights_have_a_regular_triangulation() {
         sites: Sites { weights: Some(weights.to_vec()), periodic: None },
         ..Request::new(call())
     };
-    let request = weights(&[4.0, 1.0, 0.25, 1.0, 1.0]);
+    let request = weights(&[9.0, 1.0, 0.25, 1.0, 1.0]);
     let t = Triangulated::new(&points, 2, &request).unwrap();
     let call = call();
     assert_eq!((t.cells(), t.hidden(), t.duplicates()), (&[0, 1, 3][..], &[2][..], &[4, 3][..]));
@@ -219,11 +219,15 @@ fn points_with_weights_have_a_regular_triangulation() {
     assert_eq!((cells.cells.len(), cells.cells.row(2).len()), (5, 0));
     assert_eq!(cells.corners.len(), 2 * cells.cells.indices.len());
     let centroids = t.voronoi_centroids(Some(corners), &call).unwrap();
-    // The bisector of the first two sites is x = (16 + 4 - 1) / 8.
-    assert!(centroids[2] > 19.0 / 8.0 && centroids[4].is_nan());
+    // The bisector of the first two sites is x = (16 + 9 - 1) / 8.
+    assert!(centroids[2] > 3.0 && centroids[4].is_nan());
     let failure = t.nearest(&points, &call).unwrap_err();
     assert_eq!(failure.code, Code::Usage);
-    assert!(failure.message.starts_with("nearest_vertex: not available with weights; use simplices"), "{}", failure.message);
+    assert!(
+        failure.message.starts_with("nearest_vertex: not available with weights; use simplices"),
+        "{}",
+        failure.message
+    );
     assert!(t.voronoi_volumes(None, &call).unwrap_err().message.contains("box=(low, high)"));
     assert!(t.weights(&points, Method::Linear, &call).is_ok());
     assert!(t.weights(&points, Method::Sibson, &call).is_err());
@@ -260,7 +264,11 @@ fn a_periodic_box_has_cells_with_offsets() {
         let unfolded = t.unfolded().unwrap();
         assert_eq!(unfolded.cells.len(), t.cells().len());
         for failure in [t.locate(&points, &call).unwrap_err(), t.hull(&call).unwrap_err()] {
-            assert!(failure.message.contains("not available in a periodic box; use simplices"), "{}", failure.message);
+            assert!(
+                failure.message.contains("not available in a periodic box; use simplices"),
+                "{}",
+                failure.message
+            );
         }
         let corners = (&points[..columns], &points[..columns]);
         assert!(t.voronoi_volumes(Some(corners), &call).unwrap_err().message.contains("omit box"));

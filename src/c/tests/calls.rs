@@ -307,8 +307,8 @@ fn versions_are_those_of_the_header() {
 #[test]
 fn weights_hide_points() {
     // The last ball lies in the others.
-    let points = [0.0, 0.0, 2.0, 0.0, 0.0, 2.0, 0.6, 0.6];
-    let weights = [1.0, 1.0, 1.0, 0.01];
+    let points = [0.0, 0.0, 2.0, 0.0, 0.0, 2.0, 0.5, 0.5];
+    let weights = [4.0, 1.0, 1.0, 0.01];
     let with = |weights: &[f64]| Options { weights: weights.as_ptr(), ..defaults() };
     let t = made(&points, 2, &with(&weights)).unwrap();
     let (low, high, mut volumes) = ([-1.0, -1.0], [3.0, 3.0], [7.0; 4]);

@@ -102,15 +102,15 @@ class Delaunay(Queries):
 
     Balls of different radii, of which the last one is hidden:
 
-    >>> radii = np.array([1.0, 1.0, 1.0, 0.1])
-    >>> septet.Delaunay([[0, 0], [2, 0], [0, 2], [0.6, 0.6]], weights=radii**2).hidden
+    >>> radii = np.array([2.0, 1.0, 1.0, 0.1])
+    >>> septet.Delaunay([[0, 0], [2, 0], [0, 2], [0.5, 0.5]], weights=radii**2).hidden
     array([3], dtype=int32)
 
     A periodic box of one point, whose images are the vertices of two triangles:
 
     >>> box = septet.Delaunay([[0.5, 0.5]], period=1)
-    >>> len(box.simplices), box.offsets[0].tolist()
-    (2, [[0, 0], [1, 0], [1, 1]])
+    >>> box.simplices.tolist(), box.offsets[:, 0].tolist()
+    ([[0, 0, 0], [0, 0, 0]], [[0, 0], [0, 0]])
     """
 
     __module__ = "septet"

@@ -151,7 +151,7 @@ def test_no_array_becomes_writeable_again(cloud: np.ndarray, tmp_path: Any) -> N
     made += [square.points, square.cells, square.cell_regions, square.facets, square.facet_markers]
     made += [*septet.read(tmp_path / "tri.vtu"), septet.verify(cloud, tri.simplices[1:]).simplices]
     made += [septet.Ragged([0, 2, 3], [5, 6, 7]).values, pickle.loads(pickle.dumps(cells.regions)).values]
-    for i, array in enumerate(made):
+    for i, array in enumerate(array for array in made if not array.dtype.hasobject):
         assert not array.flags.writeable, i
         assert not settable(array), i
 

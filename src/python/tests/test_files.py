@@ -133,8 +133,6 @@ def test_remedies_name_options_that_exist(tmp_path: Path) -> None:
     with pytest.raises(septet.InputError) as caught:
         septet.read(path)
     assert "on_invalid" not in str(caught.value) and "correct it" in str(caught.value)
-    path = tmp_path / "points.obj"
-    path.write_text("v 1 2 3 1\nv 1 2\n")
     for name in ("points.obj", "points.xyz"):
         (tmp_path / name).write_text("v 1 2 3\nv 1 2\n" if name.endswith("obj") else "1 2 3\n1 2\n")
         with pytest.raises(septet.InputError) as caught:
