@@ -32,20 +32,47 @@ pub struct Options {
     pub max_memory: u64,
     /// A number that ends the call when it is not 0, or NULL.
     pub cancel: *const i32,
+    /// The weight of each point, or NULL.
+    pub weights: *const f64,
+    /// The length of a periodic box along each axis, 0 along an axis that is not periodic; or NULL.
+    pub period: *const f64,
+    /// The lower corner of the periodic box, or NULL for 0.
+    pub origin: *const f64,
+    /// Whether points outside of the periodic box are admitted: 0 or 1.
+    pub wrap: u32,
+    /// Not used.
+    pub reserved: u32,
 }
 
 impl Options {
     fn of(options: &handle::Options<'_>) -> Self {
         let handle::Options { threads, skip_invalid, seed, max_memory, .. } = *options;
-        Options { size: size_of::<Options>(), threads, skip_invalid, seed, max_memory, cancel: null() }
+        Options {
+            size: size_of::<Options>(),
+            threads,
+            skip_invalid,
+            seed,
+            max_memory,
+            cancel: null(),
+            weights: null(),
+            period: null(),
+            origin: null(),
+            wrap: 0,
+            reserved: 0,
+        }
     }
 
-    /// Reads the fields that the caller knows.
+    /// Reads the fields that the caller knows, for `n` points of a dimension.
     ///
     /// # Safety
     /// The pointer is NULL, or valid for reads of as many bytes as its first field says. The field `cancel` is NULL, or valid for
-    /// atomic reads while the result lives.
-    unsafe fn read<'a>(at: *const Options) -> Result<handle::Options<'a>, Failure> {
+    /// atomic reads while the result lives. The field `weights` is NULL, or valid for reads of `n` numbers while the result lives;
+    /// `period` and `origin` are NULL, or valid for reads of as many numbers as the dimension.
+    unsafe fn read<'a>(
+        at: *const Options,
+        n: usize,
+        dimension: usize,
+    ) -> Result<handle::Options<'a>, Failure> {
         let mut options = handle::Options::default();
         if at.is_null() {
             return Ok(options);
@@ -79,6 +106,15 @@ impl Options {
             // SAFETY: the caller promises it. The number is only read.
             options.cancel = Some(unsafe { AtomicI32::from_ptr(cancel.cast_mut()) });
         }
+        let array = |at: Option<*const f64>, count: usize, name: &str| {
+            let at = at.filter(|at| !at.is_null());
+            // SAFETY: the caller promises it.
+            at.map(|at| unsafe { slice(at, entries(count, 1, name)?, name) }).transpose()
+        };
+        options.weights = array(field!(weights: *const f64), n, "weights")?;
+        options.period = array(field!(period: *const f64), dimension, "period")?;
+        options.origin = array(field!(origin: *const f64), dimension, "origin")?;
+        options.wrap = field!(wrap: u32).unwrap_or(options.wrap);
         Ok(options)
     }
 }
@@ -175,15 +211,27 @@ pub extern "C" fn septet_last_index() -> i64 {
     value(-1, || last(|_, index| index))
 }
 
-/// Sets the options to their defaults.
+/// Sets the options up to `cancel` to their defaults: those of programs that were built when there were no others.
 ///
 /// # Safety
 /// See `septet.h`.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn septet_options_init(options: *mut Options) {
-    if aligned(options.cast_const(), "options").is_ok() {
-        // SAFETY: the caller promises it.
-        unsafe { options.write(Options::of(&handle::Options::default())) };
+    // SAFETY: the caller promises it.
+    unsafe { septet_options_init_sized(options, offset_of!(Options, weights)) };
+}
+
+/// Sets the options within a size to their defaults.
+///
+/// # Safety
+/// See `septet.h`.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn septet_options_init_sized(options: *mut Options, size: usize) {
+    let size = size.min(size_of::<Options>());
+    if aligned(options.cast_const(), "options").is_ok() && size >= size_of::<usize>() {
+        let defaults = Options { size, ..Options::of(&handle::Options::default()) };
+        // SAFETY: the caller promises it. The structure has no gaps.
+        unsafe { (&raw const defaults).cast::<u8>().copy_to_nonoverlapping(options.cast::<u8>(), size) };
     }
 }
 
@@ -203,7 +251,10 @@ pub unsafe extern "C" fn septet_triangulate(
         aligned(out.cast_const(), "out")?;
         // SAFETY: the caller promises it.
         let (points, options) = unsafe {
-            (slice(points, entries(n, dimension as usize, "points")?, "points")?, Options::read(options)?)
+            (
+                slice(points, entries(n, dimension as usize, "points")?, "points")?,
+                Options::read(options, n, dimension as usize)?,
+            )
         };
         let made = Box::new(Handle::new(points, dimension, &options)?);
         // SAFETY: the caller promises it.
@@ -224,134 +275,80 @@ pub unsafe extern "C" fn septet_free(t: *mut Handle) {
     }
 }
 
-/// Returns the number of coordinates of a point.
-///
-/// # Safety
-/// See `septet.h`.
-#[unsafe(no_mangle)]
-pub unsafe extern "C" fn septet_dimension(t: *const Handle) -> u32 {
-    // SAFETY: the caller promises it.
-    unsafe { count(t, 0, |t| t.made.columns() as u32) }
+/// Functions that return a number of a triangulation, or 0 for NULL.
+macro_rules! numbers {
+    ($($(#[$doc:meta])* $name:ident(|$t:ident| $value:expr) -> $type:ty;)*) => {$(
+        $(#[$doc])*
+        ///
+        /// # Safety
+        /// See `septet.h`.
+        #[unsafe(no_mangle)]
+        pub unsafe extern "C" fn $name(t: *const Handle) -> $type {
+            // SAFETY: the caller promises it.
+            unsafe { count(t, 0, |$t| $value) }
+        }
+    )*};
 }
 
-/// Returns the dimension of the affine hull of the points.
-///
-/// # Safety
-/// See `septet.h`.
-#[unsafe(no_mangle)]
-pub unsafe extern "C" fn septet_rank(t: *const Handle) -> i32 {
-    // SAFETY: the caller promises it.
-    unsafe { count(t, 0, |t| t.made.dimension() as i32) }
+numbers! {
+    /// Returns the number of coordinates of a point.
+    septet_dimension(|t| t.made.columns() as u32) -> u32;
+    /// Returns the dimension of the affine hull of the points.
+    septet_rank(|t| t.made.dimension() as i32) -> i32;
+    /// Returns the number of points.
+    septet_points_count(|t| t.made.len()) -> usize;
+    /// Returns the number of cells.
+    septet_cells_count(|t| t.made.cell_count()) -> usize;
+    /// Returns the number of facets of the hull.
+    septet_hull_count(|t| t.hull().map_or(0, <[u32]>::len) / t.made.columns()) -> usize;
+    /// Returns the number of coincident points.
+    septet_duplicates_count(|t| t.made.duplicates().len() / 2) -> usize;
+    /// Returns the number of points that weights hide.
+    septet_hidden_count(|t| t.made.hidden().len()) -> usize;
+    /// Whether the cells are a simplicial complex.
+    septet_is_simplicial(|t| i32::from(t.made.is_simplicial())) -> i32;
 }
 
-/// Returns the number of points.
-///
-/// # Safety
-/// See `septet.h`.
-#[unsafe(no_mangle)]
-pub unsafe extern "C" fn septet_points_count(t: *const Handle) -> usize {
-    // SAFETY: the caller promises it.
-    unsafe { count(t, 0, |t| t.made.len()) }
+/// Functions that copy an array of a triangulation.
+macro_rules! copies {
+    ($($(#[$doc:meta])* $name:ident(|$t:ident| $values:expr) -> $type:ty;)*) => {$(
+        $(#[$doc])*
+        ///
+        /// # Safety
+        /// See `septet.h`.
+        #[unsafe(no_mangle)]
+        pub unsafe extern "C" fn $name(t: *const Handle, out: *mut $type) -> i32 {
+            status(|| {
+                // SAFETY: the caller promises it.
+                let $t = unsafe { live(t) }?;
+                // SAFETY: the caller promises it.
+                unsafe { copy_out($values, out) }
+            })
+        }
+    )*};
 }
 
-/// Returns the number of cells.
-///
-/// # Safety
-/// See `septet.h`.
-#[unsafe(no_mangle)]
-pub unsafe extern "C" fn septet_cells_count(t: *const Handle) -> usize {
-    // SAFETY: the caller promises it.
-    unsafe { count(t, 0, |t| t.made.cell_count()) }
-}
-
-/// Returns the number of facets of the hull.
-///
-/// # Safety
-/// See `septet.h`.
-#[unsafe(no_mangle)]
-pub unsafe extern "C" fn septet_hull_count(t: *const Handle) -> usize {
-    // SAFETY: the caller promises it.
-    unsafe { count(t, 0, |t| t.hull().map_or(0, <[u32]>::len) / t.made.columns()) }
-}
-
-/// Returns the number of coincident points.
-///
-/// # Safety
-/// See `septet.h`.
-#[unsafe(no_mangle)]
-pub unsafe extern "C" fn septet_duplicates_count(t: *const Handle) -> usize {
-    // SAFETY: the caller promises it.
-    unsafe { count(t, 0, |t| t.made.duplicates().len() / 2) }
-}
-
-/// Copies the cells.
-///
-/// # Safety
-/// See `septet.h`.
-#[unsafe(no_mangle)]
-pub unsafe extern "C" fn septet_cells_i32(t: *const Handle, out: *mut i32) -> i32 {
-    // SAFETY: the caller promises it.
-    status(|| unsafe { copy_out(narrow(live(t)?.made.cells())?, out) })
-}
-
-/// Copies the cells.
-///
-/// # Safety
-/// See `septet.h`.
-#[unsafe(no_mangle)]
-pub unsafe extern "C" fn septet_cells_i64(t: *const Handle, out: *mut i64) -> i32 {
-    // SAFETY: the caller promises it.
-    status(|| unsafe { copy_out(wide(live(t)?.made.cells()), out) })
-}
-
-/// Copies the neighbours.
-///
-/// # Safety
-/// See `septet.h`.
-#[unsafe(no_mangle)]
-pub unsafe extern "C" fn septet_neighbors_i32(t: *const Handle, out: *mut i32) -> i32 {
-    // SAFETY: the caller promises it.
-    status(|| unsafe { copy_out(narrow(live(t)?.made.neighbours())?, out) })
-}
-
-/// Copies the neighbours.
-///
-/// # Safety
-/// See `septet.h`.
-#[unsafe(no_mangle)]
-pub unsafe extern "C" fn septet_neighbors_i64(t: *const Handle, out: *mut i64) -> i32 {
-    // SAFETY: the caller promises it.
-    status(|| unsafe { copy_out(wide(live(t)?.made.neighbours()), out) })
-}
-
-/// Copies the facets of the hull.
-///
-/// # Safety
-/// See `septet.h`.
-#[unsafe(no_mangle)]
-pub unsafe extern "C" fn septet_hull(t: *const Handle, out: *mut i64) -> i32 {
-    // SAFETY: the caller promises it.
-    status(|| unsafe { copy_out(wide(live(t)?.hull()?), out) })
-}
-
-/// Copies the first cell of each point.
-///
-/// # Safety
-/// See `septet.h`.
-#[unsafe(no_mangle)]
-pub unsafe extern "C" fn septet_vertex_to_cell(t: *const Handle, out: *mut i64) -> i32 {
-    // SAFETY: the caller promises it.
-    status(|| unsafe { copy_out(wide(&live(t)?.made.vertex_cells()), out) })
-}
-
-/// Copies the coincident points.
-///
-/// # Safety
-/// See `septet.h`.
-#[unsafe(no_mangle)]
-pub unsafe extern "C" fn septet_duplicates(t: *const Handle, out: *mut i64) -> i32 {
-    // SAFETY: the caller promises it.
-    status(|| unsafe { copy_out(wide(live(t)?.made.duplicates()), out) })
+copies! {
+    /// Copies the cells.
+    septet_cells_i32(|t| narrow(t.made.cells())?) -> i32;
+    /// Copies the cells.
+    septet_cells_i64(|t| wide(t.made.cells())) -> i64;
+    /// Copies the neighbours.
+    septet_neighbors_i32(|t| narrow(t.made.neighbours())?) -> i32;
+    /// Copies the neighbours.
+    septet_neighbors_i64(|t| wide(t.made.neighbours())) -> i64;
+    /// Copies the facets of the hull.
+    septet_hull(|t| wide(t.hull()?)) -> i64;
+    /// Copies the first cell of each point.
+    septet_vertex_to_cell(|t| wide(&t.made.vertex_cells())) -> i64;
+    /// Copies the coincident points.
+    septet_duplicates(|t| wide(t.made.duplicates())) -> i64;
+    /// Copies the points that weights hide.
+    septet_hidden(|t| wide(t.made.hidden())) -> i64;
+    /// Copies the offsets of the vertices of the cells.
+    septet_offsets(|t| t.offsets()?.iter().copied()) -> i32;
+    /// Copies the numbers of boxes whose triangulation is a simplicial complex.
+    septet_sheets(|t| t.sheets()?.iter().copied()) -> u32;
 }
 
 /// Locates queries.

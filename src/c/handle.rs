@@ -3,7 +3,7 @@
 use std::sync::OnceLock;
 use std::sync::atomic::AtomicI32;
 
-use septet_doors::{Call, Door, Failure, Method, NONE, Request, Triangulated};
+use septet_doors::{Call, Door, Failure, Method, NONE, Periodic, Request, Sites, Triangulated};
 
 use crate::watch::watched;
 
@@ -27,12 +27,49 @@ pub(crate) struct Options<'a> {
     pub(crate) seed: u64,
     pub(crate) max_memory: u64,
     pub(crate) cancel: Option<&'a AtomicI32>,
+    pub(crate) weights: Option<&'a [f64]>,
+    pub(crate) period: Option<&'a [f64]>,
+    pub(crate) origin: Option<&'a [f64]>,
+    pub(crate) wrap: u32,
 }
 
 impl Default for Options<'_> {
     fn default() -> Self {
         let Request { seed, .. } = Request::new(Call::new(Door::C));
-        Options { threads: 0, skip_invalid: 0, seed, max_memory: 0, cancel: None }
+        Options {
+            threads: 0,
+            skip_invalid: 0,
+            seed,
+            max_memory: 0,
+            cancel: None,
+            weights: None,
+            period: None,
+            origin: None,
+            wrap: 0,
+        }
+    }
+}
+
+impl Options<'_> {
+    /// Returns the weights and the periodic box.
+    ///
+    /// # Errors
+    /// Fails if there is a corner without a box, or if a flag is neither 0 nor 1.
+    fn sites(&self) -> Result<Sites, Failure> {
+        if self.wrap > 1 {
+            return Err(Failure::usage(format!("wrap is {}: pass 0 or 1", self.wrap)));
+        }
+        if self.period.is_none() && (self.origin.is_some() || self.wrap == 1) {
+            return Err(Failure::usage("origin and wrap need a periodic box; set period, or clear them"));
+        }
+        let length = |&length: &f64| (length != 0.0).then_some(length);
+        let periodic = self.period.map(|lengths| {
+            let mut periodic = Periodic::of(lengths.iter().map(length).collect());
+            periodic.origin = self.origin.unwrap_or_default().to_vec();
+            periodic.wrap = self.wrap == 1;
+            periodic
+        });
+        Ok(Sites { weights: self.weights.map(<[f64]>::to_vec), periodic })
     }
 }
 
@@ -64,6 +101,10 @@ pub(crate) fn method(number: i32) -> Result<Method, Failure> {
     }
 }
 
+fn no_box(what: &str) -> Failure {
+    Failure::usage(format!("there are no {what} without a periodic box; set period in septet_options"))
+}
+
 /// Converts indices to 64 bits; [`NONE`] becomes -1.
 pub(crate) fn wide(indices: &[u32]) -> impl ExactSizeIterator<Item = i64> {
     indices.iter().map(|&index| if index == NONE { -1 } else { i64::from(index) })
@@ -88,20 +129,37 @@ impl Handle {
     /// # Errors
     /// See [`Triangulated::new`].
     pub(crate) fn new(points: &[f64], dimension: u32, options: &Options<'_>) -> Result<Self, Failure> {
-        let Options { threads, skip_invalid, seed, max_memory, cancel } = *options;
+        let Options { threads, skip_invalid, seed, max_memory, cancel, .. } = *options;
         if skip_invalid > 1 {
             return Err(Failure::usage(format!("skip_invalid is {skip_invalid}: pass 0 or 1")));
         }
-        let call = call(threads)?;
+        let (call, sites) = (call(threads)?, options.sites()?);
         let made = watched(cancel, |flag| {
             let mut request = Request::new(call);
             request.call.cancel = flag;
             request.skip_invalid = skip_invalid == 1;
             request.seed = seed;
+            request.sites = sites;
             request.max_memory = (max_memory > 0).then_some(max_memory);
             Triangulated::new(points, dimension as usize, &request)
         })?;
         Ok(Handle { made, hull: OnceLock::new() })
+    }
+
+    /// Returns the offsets of the vertices of the cells.
+    ///
+    /// # Errors
+    /// Fails without a periodic box.
+    pub(crate) fn offsets(&self) -> Result<&[i32], Failure> {
+        self.made.offsets().ok_or_else(|| no_box("offsets"))
+    }
+
+    /// Returns the numbers of boxes whose triangulation is a simplicial complex.
+    ///
+    /// # Errors
+    /// Fails without a periodic box.
+    pub(crate) fn sheets(&self) -> Result<&[u32], Failure> {
+        self.made.sheets().ok_or_else(|| no_box("sheets"))
     }
 
     /// Returns the facets of the hull, one after the other.

@@ -17,7 +17,8 @@ pub enum Door {
     Shell,
     /// The library: `max_memory`, `workers = 1`, in backticks.
     Rust,
-    /// The Python package: `max_memory=...`, `workers=1`, `supergraph="knn"`. An option that has another name there is spelled so.
+    /// The Python package: `max_memory=...`, `workers=1`, `supergraph="knn"`. An option that has another name there, such as
+    /// `period=...`, is spelled so.
     Python,
     /// The library for C, whose options are fields: `max_memory`, `workers = 1`.
     C,
@@ -120,6 +121,11 @@ impl Door {
             (Door::Rust, None) => write!(text, "`{}`", key()),
             (Door::Rust, Some(value)) => write!(text, "`{} = {value}`", key()),
             (Door::Python, None) if name == "skip-invalid" => write!(text, "on_invalid=\"skip\""),
+            (Door::Python, None) if name == "periodic" => write!(text, "period=..."),
+            (Door::Python, None) if name == "wrap" => write!(text, "wrap=True"),
+            (Door::Python, None) if name == "dimension" => write!(text, "ndim=..."),
+            (Door::Python, Some(value)) if name == "dimension" => write!(text, "ndim={value}"),
+            (Door::C, None) if name == "periodic" => write!(text, "period"),
             (Door::Python, None) => write!(text, "{}=...", key()),
             (Door::Python, Some(value)) if value.parse::<f64>().is_err() => {
                 write!(text, "{}=\"{value}\"", key())
@@ -145,6 +151,9 @@ mod tests {
         let words = Remedy::of("use {separator-sets=both} or {skip-invalid}");
         assert_eq!(words.spelled(Door::Python), "use separator_sets=\"both\" or on_invalid=\"skip\"");
         assert_eq!(words.spelled(Door::C), "use separator_sets = both or skip_invalid");
+        let others = Remedy::of("give {origin}, {wrap}, {periodic} or {dimension=2}");
+        assert_eq!(others.spelled(Door::Python), "give origin=..., wrap=True, period=... or ndim=2");
+        assert_eq!(others.spelled(Door::C), "give origin, wrap, period or dimension = 2");
     }
 
     #[test]

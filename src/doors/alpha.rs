@@ -5,6 +5,7 @@ use septet_queries::{AlphaFiltration, AlphaShape, Dimension};
 
 use crate::call::Call;
 use crate::failure::Failure;
+use crate::sites::Query;
 use crate::triangulated::{Triangulated, either};
 
 /// The squared radius from which on each face belongs to the alpha complex.
@@ -67,7 +68,7 @@ impl Triangulated {
     /// # Errors
     /// Fails if the call is cancelled.
     pub fn alpha_filtration(&self, call: &Call) -> Result<Filtration, Failure> {
-        call.within(|| either!(self, t => t.alpha_filtration().into()))
+        either!(self.asked(Query::Alpha, call)?, t => call.within(|| t.alpha_filtration().into()))
     }
 
     /// Returns the squared circumradius of each cell, from which on it belongs to the alpha complex.
@@ -75,7 +76,7 @@ impl Triangulated {
     /// # Errors
     /// Fails if the call is cancelled.
     pub fn alpha_values(&self, call: &Call) -> Result<Vec<f64>, Failure> {
-        call.within(|| either!(self, t => t.alpha_values()))
+        either!(self.asked(Query::Alpha, call)?, t => call.within(|| t.alpha_values()))
     }
 
     /// Returns the alpha complex of a radius.
@@ -83,6 +84,6 @@ impl Triangulated {
     /// # Errors
     /// Fails if the radius is negative or not a number, or if the call is cancelled.
     pub fn alpha_shape(&self, radius: f64, call: &Call) -> Result<Shape, Failure> {
-        call.ask(|| either!(self, t => t.alpha_shape(radius).map(Shape::from)))
+        either!(self.asked(Query::Alpha, call)?, t => call.ask(|| t.alpha_shape(radius).map(Shape::from)))
     }
 }

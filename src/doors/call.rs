@@ -9,6 +9,7 @@ use septet_core::{Door, Spec};
 use septet_queries::QueryError;
 
 use crate::failure::Failure;
+use crate::sites::Sites;
 
 /// The most threads for each core. More would only wait for each other.
 const OVERSUBSCRIBED: usize = 4;
@@ -80,6 +81,8 @@ pub struct Request {
     pub skip_invalid: bool,
     /// The most memory that the process may use, in bytes.
     pub max_memory: Option<u64>,
+    /// The weights of the points, and their periodic box.
+    pub sites: Sites,
     /// The callback for progress, on the thread of the call.
     pub progress: Option<ProgressFn>,
 }
@@ -87,13 +90,21 @@ pub struct Request {
 impl Request {
     /// Creates a request with the defaults of the program.
     pub fn new(call: Call) -> Self {
-        Request { call, seed: DEFAULT_SEED, skip_invalid: false, max_memory: None, progress: None }
+        Request {
+            call,
+            seed: DEFAULT_SEED,
+            skip_invalid: false,
+            max_memory: None,
+            sites: Sites::default(),
+            progress: None,
+        }
     }
 
     /// Returns the specification of the run. On one thread, there is one worker.
     pub fn spec(&self) -> Spec {
         let mut spec = Spec::default();
         spec.input.skip_invalid = self.skip_invalid;
+        spec.input.periodic.clone_from(&self.sites.periodic);
         spec.machine.threads = self.call.bounded();
         if self.call.threads == Some(1) {
             spec.machine.workers = Workers::Count(1);

@@ -5,6 +5,7 @@ use septet_queries::{Dimension, Ragged};
 use crate::call::Call;
 use crate::failure::Failure;
 use crate::rows::one;
+use crate::sites::Query;
 use crate::triangulated::{Triangulated, either};
 
 /// The Voronoi diagram in a box.
@@ -40,7 +41,7 @@ impl Triangulated {
     /// Fails if the points do not span the space, if the box is empty, if a vertex lies outside of it, or if the call is
     /// cancelled.
     pub fn voronoi_in(&self, low: &[f64], high: &[f64], call: &Call) -> Result<Clipped, Failure> {
-        either!(self, t => {
+        either!(self.asked(Query::Ridges, call)?, t => {
             let (low, high) = (one(low)?, one(high)?);
             call.ask(|| t.voronoi_in(low, high).map(Clipped::from))
         })

@@ -9,6 +9,7 @@
 //! | threads, cancellation, options of a triangulation | [`call`] |
 //! | failures: code, text with the remedy, row of a point | [`failure`] |
 //! | a triangulation in the plane or in space | [`triangulated`] |
+//! | weights, periodic boxes, and the queries that fit them | [`sites`], `folded` |
 //! | location, nearest vertices, interpolation | `queries` |
 //! | Voronoi cells | [`voronoi`] |
 //! | alpha complexes | [`alpha`] |
@@ -18,8 +19,10 @@ pub mod alpha;
 pub mod call;
 pub mod clipped;
 pub mod failure;
+mod folded;
 mod queries;
 mod rows;
+pub mod sites;
 #[cfg(test)]
 mod tests;
 pub mod triangulated;
@@ -29,7 +32,9 @@ pub use alpha::{Filtration, Shape};
 pub use call::{Call, Request};
 pub use clipped::Clipped;
 pub use failure::{Failure, Forecast};
+pub use septet_core::spec::Periodic;
 pub use septet_core::{Code, Door};
 pub use septet_queries::{Barycentric, Method, NONE, Ragged, Ridges, Weights};
-pub use triangulated::Triangulated;
-pub use voronoi::Corners;
+pub use sites::Sites;
+pub use triangulated::{Triangulated, simulated};
+pub use voronoi::{Corners, PowerCells};

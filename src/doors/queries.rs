@@ -5,6 +5,7 @@ use septet_queries::{Barycentric, Method, Weights};
 use crate::call::Call;
 use crate::failure::Failure;
 use crate::rows::whole;
+use crate::sites::Query;
 use crate::triangulated::{Triangulated, either};
 
 impl Triangulated {
@@ -14,7 +15,7 @@ impl Triangulated {
     /// # Errors
     /// Fails if the last query is not whole, or if the call is cancelled.
     pub fn locate(&self, queries: &[f64], call: &Call) -> Result<Vec<u32>, Failure> {
-        either!(self, t => { let queries = whole(queries)?; call.within(|| t.locate(queries)) })
+        either!(self.asked(Query::Locate, call)?, t => { let queries = whole(queries)?; call.within(|| t.locate(queries)) })
     }
 
     /// Returns the vertex nearest to each query, the smallest of several, or [`crate::NONE`] for a query that is not finite.
@@ -23,7 +24,7 @@ impl Triangulated {
     /// # Errors
     /// Fails if the last query is not whole, or if the call is cancelled.
     pub fn nearest(&self, queries: &[f64], call: &Call) -> Result<Vec<u32>, Failure> {
-        either!(self, t => { let queries = whole(queries)?; call.within(|| t.nearest(queries)) })
+        either!(self.asked(Query::Nearest, call)?, t => { let queries = whole(queries)?; call.within(|| t.nearest(queries)) })
     }
 
     /// Returns the smallest cell that contains each query, and the barycentric coordinates in it.
@@ -31,7 +32,7 @@ impl Triangulated {
     /// # Errors
     /// Fails if the last query is not whole, or if the call is cancelled.
     pub fn barycentric(&self, queries: &[f64], call: &Call) -> Result<Barycentric, Failure> {
-        either!(self, t => { let queries = whole(queries)?; call.within(|| t.barycentric(queries)) })
+        either!(self.asked(Query::Barycentric, call)?, t => { let queries = whole(queries)?; call.within(|| t.barycentric(queries)) })
     }
 
     /// Returns the barycentric coordinates of each query in a given cell, `columns + 1` each. They may be negative. Those of a
@@ -41,7 +42,7 @@ impl Triangulated {
     /// Fails if the last query is not whole, if there is no cell for each query, if there is no such cell, or if the call is
     /// cancelled.
     pub fn barycentric_in(&self, queries: &[f64], cells: &[u32], call: &Call) -> Result<Vec<f64>, Failure> {
-        either!(self, t => { let queries = whole(queries)?; call.ask(|| t.barycentric_in(queries, cells)) })
+        either!(self.asked(Query::Barycentric, call)?, t => { let queries = whole(queries)?; call.ask(|| t.barycentric_in(queries, cells)) })
     }
 
     /// Returns the weights of the points in an interpolation at each query.
@@ -49,7 +50,7 @@ impl Triangulated {
     /// # Errors
     /// Fails if the last query is not whole, or if the call is cancelled.
     pub fn weights(&self, queries: &[f64], method: Method, call: &Call) -> Result<Weights, Failure> {
-        either!(self, t => { let queries = whole(queries)?; call.within(|| t.weights(queries, method)) })
+        either!(self.asked(asked(method), call)?, t => { let queries = whole(queries)?; call.within(|| t.weights(queries, method)) })
     }
 
     /// Interpolates `columns` values for each point at each query: rows of `columns` numbers. Outside of the hull, they are
@@ -66,7 +67,7 @@ impl Triangulated {
     ) -> Result<Vec<f64>, Failure> {
         /// Queries whose weights are in memory at the same time.
         const MANY: usize = 1 << 18;
-        either!(self, t => {
+        either!(self.asked(asked(method), call)?, t => {
             let queries = whole(queries)?;
             call.ask(|| {
                 let mut all = t.weights(&[], method).interpolate_rows((values, columns), outside)?;
@@ -77,5 +78,13 @@ impl Triangulated {
                 Ok(all)
             })
         })
+    }
+}
+
+/// Returns the query of a method of interpolation.
+fn asked(method: Method) -> Query {
+    match method {
+        Method::Linear => Query::Linear,
+        Method::Sibson | Method::Laplace => Query::Natural,
     }
 }

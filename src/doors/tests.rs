@@ -4,7 +4,7 @@ use std::sync::Arc;
 use std::sync::Mutex;
 use std::sync::atomic::{AtomicBool, Ordering};
 
-use crate::{Call, Code, Door, Failure, Forecast, Method, NONE, Request, Triangulated};
+use crate::{Call, Code, Door, Failure, Forecast, Method, NONE, Periodic, Request, Sites, Triangulated};
 
 fn call() -> Call {
     Call::new(Door::Python)
@@ -45,10 +45,13 @@ fn flat_arrays_have_the_shapes_of_the_triangulation() {
         assert_eq!(t.transforms(&call).unwrap().len(), m * (columns + 1) * columns);
         let values = vec![0.5; 4 * n];
         assert_eq!(t.gradients(&values, 4, &call).unwrap(), vec![0.0; m * columns * 4]);
-        let again = Triangulated::of_rows(&points, columns, t.cells(), &call).unwrap();
+        let again = Triangulated::of_rows(&points, columns, t.cells(), Sites::default(), &call).unwrap();
         assert_eq!(again.neighbours(), t.neighbours());
         assert!(t.run().is_some_and(|run| run.cell_count() == m) && again.run().is_none());
-        assert_eq!(Triangulated::of_rows(&points, columns, &[1], &call).unwrap_err().code, Code::Usage);
+        assert_eq!(
+            Triangulated::of_rows(&points, columns, &[1], Sites::default(), &call).unwrap_err().code,
+            Code::Usage
+        );
     }
 }
 
@@ -111,7 +114,7 @@ fn failures_name_points_and_options() {
     let skipping = Request { skip_invalid: true, ..request.clone() };
     let t = Triangulated::new(&points, 3, &skipping).unwrap();
     assert_eq!((t.skipped(), t.vertex_cells()[5]), (&[5][..], NONE));
-    let again = Triangulated::of_rows(&points, 3, t.cells(), &call()).unwrap();
+    let again = Triangulated::of_rows(&points, 3, t.cells(), Sites::default(), &call()).unwrap();
     assert_eq!(again.skipped(), [5]);
     let limited = failed(&grid(3, 3), 3, &Request { max_memory: Some(9), ..request.clone() });
     assert!(matches!(limited.forecast, Some(Forecast { bytes: 10.., limit: 9 })), "{limited:?}");
@@ -136,7 +139,10 @@ fn few_and_flat_points_have_no_cells() {
         let failure = t.voronoi_volumes(None, &call()).unwrap_err();
         assert_eq!((failure.code, failure.index), (Code::Usage, None));
         assert!(t.hull(&call()).unwrap().is_empty() && t.edges(&call()).unwrap().is_empty());
-        assert_eq!(Triangulated::of_rows(points, 2, &[], &call()).unwrap().dimension(), dimension);
+        assert_eq!(
+            Triangulated::of_rows(points, 2, &[], Sites::default(), &call()).unwrap().dimension(),
+            dimension
+        );
     }
 }
 
@@ -185,6 +191,86 @@ fn a_double_cover_is_no_triangulation() {
     }
     let mut cells: Vec<[u32; 3]> = (0..5).map(|i| [0, 1 + i, 1 + (i + 1) % 5]).collect();
     cells.sort_unstable();
-    let failure = Triangulated::of_rows(&points, 2, cells.as_flattened(), &call()).unwrap_err();
+    let failure =
+        Triangulated::of_rows(&points, 2, cells.as_flattened(), Sites::default(), &call()).unwrap_err();
     assert_eq!(failure.code, Code::Input);
+}
+
+#[test]
+fn points_with_weights_have_a_regular_triangulation() {
+    // The third ball lies in the first.
+    let points = [0.0, 0.0, 4.0, 0.0, 0.5, 0.5, 0.0, 4.0, -0.0, 4.0];
+    let weights = |weights: &[f64]| Request {
+        sites: Sites { weights: Some(weights.to_vec()), periodic: None },
+        ..Request::new(call())
+    };
+    let request = weights(&[9.0, 1.0, 0.25, 1.0, 1.0]);
+    let t = Triangulated::new(&points, 2, &request).unwrap();
+    let call = call();
+    assert_eq!((t.cells(), t.hidden(), t.duplicates()), (&[0, 1, 3][..], &[2][..], &[4, 3][..]));
+    assert_eq!((t.offsets(), t.sheets(), t.is_simplicial()), (None, None, true));
+    assert_eq!(t.locate(&points, &call).unwrap(), [0; 5]);
+    assert_eq!(t.vertex_cells(), [0, 0, NONE, 0, 0]);
+    assert!(t.points()[8].is_sign_negative());
+    let corners = (&[-1.0, -1.0][..], &[5.0, 5.0][..]);
+    let volumes = t.voronoi_volumes(Some(corners), &call).unwrap();
+    assert!((volumes.iter().sum::<f64>() - 36.0).abs() < 1e-12 && volumes[2] == 0.0 && volumes[4] == 0.0);
+    let cells = t.power_cells(Some(corners), &call).unwrap();
+    assert_eq!((cells.cells.len(), cells.cells.row(2).len()), (5, 0));
+    assert_eq!(cells.corners.len(), 2 * cells.cells.indices.len());
+    let centroids = t.voronoi_centroids(Some(corners), &call).unwrap();
+    // The bisector of the first two sites is x = (16 + 9 - 1) / 8.
+    assert!(centroids[2] > 3.0 && centroids[4].is_nan());
+    let failure = t.nearest(&points, &call).unwrap_err();
+    assert_eq!(failure.code, Code::Usage);
+    assert!(
+        failure.message.starts_with("nearest_vertex: not available with weights; use simplices"),
+        "{}",
+        failure.message
+    );
+    assert!(t.voronoi_volumes(None, &call).unwrap_err().message.contains("box=(low, high)"));
+    assert!(t.weights(&points, Method::Linear, &call).is_ok());
+    assert!(t.weights(&points, Method::Sibson, &call).is_err());
+    assert_eq!(failed(&points, 2, &weights(&[1.0])).code, Code::Usage);
+    let failure = failed(&points, 2, &weights(&[1.0, f64::NAN, 1.0, 1.0, 1.0]));
+    assert_eq!((failure.code, failure.index), (Code::Input, Some(1)));
+    let again = Triangulated::of_rows(&points, 2, t.cells(), request.sites.clone(), &call).unwrap();
+    assert_eq!(again.voronoi_volumes(Some(corners), &call).unwrap(), volumes);
+    assert!(again.run().is_none() && t.run().is_some());
+    assert!(Triangulated::of_rows(&points, 2, t.cells(), Sites::default(), &call).is_err());
+}
+
+#[test]
+fn a_periodic_box_has_cells_with_offsets() {
+    for columns in [2, 3] {
+        let points = grid(3, columns as u32);
+        let periodic = Periodic::of_lengths(&vec![3.0; columns]);
+        let sites = Sites { weights: None, periodic: Some(periodic) };
+        let t = Triangulated::new(&points, columns, &Request { sites, ..Request::new(call()) }).unwrap();
+        let (m, call) = (t.cell_count(), call());
+        assert_eq!(t.offsets().unwrap().len(), m * (columns + 1) * columns);
+        assert!(t.neighbours().iter().all(|&next| (next as usize) < m));
+        for (slot, &next) in t.neighbours().iter().enumerate() {
+            let back = &t.neighbours()[next as usize * (columns + 1)..][..=columns];
+            assert!(back.contains(&((slot / (columns + 1)) as u32)));
+        }
+        let box_volume = 3f64.powi(columns as i32);
+        assert!((t.volumes(&call).unwrap().iter().sum::<f64>() - box_volume).abs() < 1e-9);
+        let volumes = t.voronoi_volumes(None, &call).unwrap();
+        assert!(volumes.iter().all(|volume| (volume - 1.0).abs() < 1e-12), "{volumes:?}");
+        let centroids = t.voronoi_centroids(None, &call).unwrap();
+        assert!(centroids.iter().zip(&points).all(|(x, y)| (x - y).abs() < 1e-12));
+        assert_eq!((t.points(), t.dimension()), (points.clone(), columns as isize));
+        let unfolded = t.unfolded().unwrap();
+        assert_eq!(unfolded.cells.len(), t.cells().len());
+        for failure in [t.locate(&points, &call).unwrap_err(), t.hull(&call).unwrap_err()] {
+            assert!(
+                failure.message.contains("not available in a periodic box; use simplices"),
+                "{}",
+                failure.message
+            );
+        }
+        let corners = (&points[..columns], &points[..columns]);
+        assert!(t.voronoi_volumes(Some(corners), &call).unwrap_err().message.contains("omit box"));
+    }
 }

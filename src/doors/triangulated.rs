@@ -1,14 +1,17 @@
 //! A triangulation in the plane or in space.
 
-use bytemuck::cast_slice;
+use bytemuck::{Pod, cast_slice};
 use glam::{DVec2, DVec3};
-use septet_core::{Code, Error, Outcome, triangulate};
-use septet_geometry::coordinates::Coordinates;
-use septet_queries::{Dimension, Ragged, Tessellation};
+use septet_core::result::unfolded::Unfolded;
+use septet_core::{Code, Error, Outcome, Spec, simulate, triangulate};
+use septet_geometry::site::Weighted;
+use septet_queries::{Dimension, QueryError, Ragged, Tessellation};
 
 use crate::call::{Call, Request};
 use crate::failure::Failure;
+use crate::folded::Folded;
 use crate::rows::Rows;
+use crate::sites::{Query, Sites};
 
 /// A triangulation of either dimension.
 #[derive(Clone, Debug)]
@@ -17,10 +20,18 @@ pub(crate) enum Either {
     Space(Tessellation<DVec3>),
 }
 
+/// The cells of a triangulation.
+#[derive(Clone, Debug)]
+enum Form {
+    Whole(Either),
+    /// In a periodic box.
+    Folded(Folded),
+}
+
 /// Evaluates an expression for the triangulation of either dimension.
 macro_rules! either {
     ($of:expr, $t:ident => $value:expr) => {
-        match &$of.either {
+        match $of {
             $crate::triangulated::Either::Plane($t) => $value,
             $crate::triangulated::Either::Space($t) => $value,
         }
@@ -28,14 +39,99 @@ macro_rules! either {
 }
 pub(crate) use either;
 
+/// Evaluates an expression for a tessellation of either dimension, or for cells in a periodic box.
+macro_rules! form {
+    ($of:expr, $t:ident => $value:expr, $folded:ident => $other:expr) => {
+        match &$of.form {
+            Form::Whole(Either::Plane($t)) => $value,
+            Form::Whole(Either::Space($t)) => $value,
+            Form::Folded($folded) => $other,
+        }
+    };
+}
+
 /// An immutable triangulation of points with 2 or 3 coordinates. Threads may share it.
 ///
-/// Cells are rows of `columns + 1` vertices: positively oriented, with the smallest vertex first, and sorted.
+/// Cells are rows of `columns + 1` vertices: positively oriented, with the smallest vertex first, and sorted. Points may have
+/// weights, which hide some of them, or lie in a periodic box, whose cells have offsets.
 #[derive(Clone, Debug)]
 pub struct Triangulated {
-    pub(crate) either: Either,
+    form: Form,
+    sites: Sites,
     skipped: Vec<u32>,
+    hidden: Vec<u32>,
+    /// Numbers of the caller that the tessellation does not keep, by their positions: those of skipped points, and -0.0.
+    given: Vec<(usize, f64)>,
+    /// The run. With weights or a periodic box, it has its cells.
     run: Option<Box<Outcome>>,
+    /// Whether the run is that of the caller.
+    is_counted: bool,
+}
+
+/// Joins points with their weights, or with weights of 0.
+pub(crate) fn weighted<P: Dimension + Pod>(points: &[P], weights: Option<&[f64]>) -> Vec<Weighted<P>> {
+    let weight = |at: usize| weights.map_or(0.0, |weights| weights[at]);
+    points.iter().enumerate().map(|(at, &point)| Weighted::new(point, weight(at))).collect()
+}
+
+impl Form {
+    /// Takes the cells of a run.
+    fn of(points: &[f64], columns: usize, run: &Outcome, request: &Request) -> Result<Self, Failure> {
+        let sites = &request.sites;
+        let failed = |error: &QueryError| Failure::of_query(error, request.call.door);
+        if !sites.are_plain() {
+            // The volumes of power cells need the rows of the run.
+            run.cells();
+        }
+        if sites.periodic.is_some() {
+            return Folded::of(points, columns, run).map(Form::Folded);
+        }
+        Ok(Form::Whole(match Rows::of(points, columns)? {
+            Rows::Plane(points) => Either::Plane(taken(points, run, sites).map_err(|error| failed(&error))?),
+            Rows::Space(points) => Either::Space(taken(points, run, sites).map_err(|error| failed(&error))?),
+        }))
+    }
+}
+
+/// Takes the tessellation of a run.
+fn taken<P: Dimension>(points: &[P], run: &Outcome, sites: &Sites) -> Result<Tessellation<P>, QueryError> {
+    if sites.weights.is_some() { Tessellation::regular(points, run) } else { Tessellation::new(points, run) }
+}
+
+/// Runs the machine over points of either dimension, with their weights if they have some.
+macro_rules! run_of {
+    ($call:path, $rows:expr, $weights:expr, $spec:expr) => {
+        match ($rows, $weights) {
+            (Rows::Plane(points), None) => $call(points, $spec),
+            (Rows::Space(points), None) => $call(points, $spec),
+            (Rows::Plane(points), weights) => $call(&$crate::triangulated::weighted(points, weights), $spec),
+            (Rows::Space(points), weights) => $call(&$crate::triangulated::weighted(points, weights), $spec),
+        }
+    };
+}
+
+/// Checks weights, and runs the machine.
+fn ran(
+    points: &[f64],
+    columns: usize,
+    request: &Request,
+    run: impl FnOnce(Rows<'_>, Option<&[f64]>) -> Result<Outcome, Error>,
+) -> Result<Outcome, Failure> {
+    let (door, sites) = (request.call.door, &request.sites);
+    let rows = Rows::of(points, columns)?;
+    sites.check(points.len() / columns, request.skip_invalid, door)?;
+    run(rows, sites.weights.as_deref()).map_err(|error| Failure::of_run(&error, door))
+}
+
+/// Simulates the recursion of the paper over rows of `columns` coordinates, 2 or 3. `spec` has the options of the run, with the
+/// periodic box; `request` has the weights and the words of failures.
+///
+/// # Errors
+/// As [`Triangulated::new`].
+pub fn simulated(points: &[f64], columns: usize, request: &Request, spec: &Spec) -> Result<Outcome, Failure> {
+    request
+        .call
+        .within(|| ran(points, columns, request, |rows, weights| run_of!(simulate, rows, weights, spec)))?
 }
 
 impl Triangulated {
@@ -43,47 +139,42 @@ impl Triangulated {
     ///
     /// # Errors
     /// Fails if there are not 2 or 3 columns, or if the last row is not whole. Fails if a point is not finite and such points are not
-    /// skipped, or if the digits of the points spread too far. Fails above the limit of memory, and if the call is cancelled.
+    /// skipped, or if the digits of the points spread too far. Fails if there is not one weight for each point, and if a point lies
+    /// outside of a periodic box. Fails above the limit of memory, and if the call is cancelled.
     pub fn new(points: &[f64], columns: usize, request: &Request) -> Result<Self, Failure> {
-        match Rows::of(points, columns)? {
-            Rows::Plane(points) => Self::made(points, request, Either::Plane),
-            Rows::Space(points) => Self::made(points, request, Either::Space),
-        }
+        let made = request.call.within(|| {
+            let run = ran(points, columns, request, |rows, weights| {
+                run_of!(triangulate, rows, weights, &request.spec())
+            })?;
+            Ok::<_, Failure>((Form::of(points, columns, &run, request)?, run))
+        });
+        let (form, run) = made??;
+        Ok(Self::with_run(form, points, run, request.sites.clone()))
     }
 
-    fn made<P: Dimension + Coordinates>(
-        points: &[P],
-        request: &Request,
-        wrap: fn(Tessellation<P>) -> Either,
-    ) -> Result<Self, Failure> {
-        let door = request.call.door;
-        let failed = |error: &Error| Failure::of_run(error, door);
-        let work = || {
-            let run = triangulate(points, &request.spec()).map_err(|error| failed(&error))?;
-            let made = Tessellation::new(points, &run).map_err(|error| Failure::of_query(&error, door))?;
-            Ok::<_, Failure>((made, run))
-        };
-        let (made, run) = request.call.within(work)??;
-        Ok(Self::with_run(wrap(made), run))
-    }
-
-    /// Takes the triangulation of the points that a run made. It keeps the run without its cells.
+    /// Takes the triangulation of the points that a run made. `request` has the weights and the box of the run. Without them, the run
+    /// is kept without its cells.
     ///
     /// # Errors
-    /// Fails if the points are not those of the run, if the run did not end, if it has weights or a periodic box, and if the call
-    /// is cancelled.
-    pub fn of_run(points: &[f64], columns: usize, run: Outcome, call: &Call) -> Result<Self, Failure> {
-        let either = match Rows::of(points, columns)? {
-            Rows::Plane(points) => Either::Plane(call.ask(|| Tessellation::new(points, &run))?),
-            Rows::Space(points) => Either::Space(call.ask(|| Tessellation::new(points, &run))?),
-        };
-        Ok(Self::with_run(either, run))
+    /// Fails if the points are not those of the run, if the run did not end, if it has other weights or another box, and if the
+    /// call is cancelled.
+    pub fn of_run(points: &[f64], columns: usize, run: Outcome, request: &Request) -> Result<Self, Failure> {
+        let form = request.call.within(|| Form::of(points, columns, &run, request))??;
+        Ok(Self::with_run(form, points, run, request.sites.clone()))
     }
 
-    fn with_run(either: Either, mut run: Outcome) -> Self {
+    fn with_run(form: Form, points: &[f64], mut run: Outcome, sites: Sites) -> Self {
         run.shares = Vec::new();
-        let skipped = run.left_out.refused.iter().map(|&point| point as u32).collect();
-        Triangulated { either, skipped, run: Some(Box::new(run)) }
+        let columns = run.space;
+        let rows = |rows: &[u64]| rows.iter().map(|&point| point as u32).collect::<Vec<u32>>();
+        let (skipped, hidden) = (rows(&run.left_out.refused), rows(&run.left_out.hidden));
+        let is_zero = |x: &f64| *x == 0.0 && x.is_sign_negative();
+        let mut given: Vec<(usize, f64)> =
+            points.iter().copied().enumerate().filter(|(_, x)| is_zero(x)).collect();
+        for at in skipped.iter().flat_map(|&row| row as usize * columns..(row as usize + 1) * columns) {
+            given.push((at, points[at]));
+        }
+        Triangulated { form, sites, skipped, hidden, given, run: Some(Box::new(run)), is_counted: true }
     }
 
     /// Takes a triangulation from its points and cells, such as those of a pickle. `cells` are the rows that
@@ -92,36 +183,105 @@ impl Triangulated {
     ///
     /// # Errors
     /// Fails if the cells are not the canonical rows of the triangulation of the points.
-    pub fn of_rows(points: &[f64], columns: usize, cells: &[u32], call: &Call) -> Result<Self, Failure> {
+    pub fn of_rows(
+        points: &[f64],
+        columns: usize,
+        cells: &[u32],
+        sites: Sites,
+        call: &Call,
+    ) -> Result<Self, Failure> {
         if !cells.len().is_multiple_of(columns + 1) {
             let message = format!("{} vertices are not whole cells of {} vertices", cells.len(), columns + 1);
             return Err(Failure::usage(message));
         }
-        let request = Request { skip_invalid: true, ..Request::new(call.clone()) };
-        let made = Self::new(points, columns, &request)?;
+        let request = Request { skip_invalid: true, sites, ..Request::new(call.clone()) };
+        let mut made = Self::new(points, columns, &request)?;
         if made.cells() != cells {
             return Err(Failure::new(Code::Input, "the cells are not those of the points"));
         }
-        Ok(Triangulated { run: None, ..made })
+        if made.sites.are_plain() {
+            made.run = None;
+        }
+        Ok(Triangulated { is_counted: false, ..made })
+    }
+
+    /// Returns the tessellation for a query that has an answer.
+    ///
+    /// # Errors
+    /// Fails if the query has no answer with these weights or in this box.
+    pub(crate) fn asked(&self, query: Query, call: &Call) -> Result<&Either, Failure> {
+        query.check(&self.sites, call.door)?;
+        match &self.form {
+            Form::Whole(either) => Ok(either),
+            Form::Folded(_) => Err(Failure::usage("a periodic box has no such cells")),
+        }
+    }
+
+    /// Returns the weights and the periodic box of the points.
+    pub fn sites(&self) -> &Sites {
+        &self.sites
+    }
+
+    /// Returns the run with its cells, which points with weights or in a periodic box have.
+    pub(crate) fn run_with_cells(&self) -> Option<&Outcome> {
+        self.run.as_deref().filter(|_| !self.sites.are_plain())
+    }
+
+    /// Returns the points that weights hide, ascending: they are no vertices.
+    pub fn hidden(&self) -> &[u32] {
+        &self.hidden
+    }
+
+    /// Returns the offset of each vertex of each cell in a periodic box: `columns` whole numbers. The vertex lies at its point plus the
+    /// offset times the lengths of the box. `None` without a box.
+    pub fn offsets(&self) -> Option<&[i32]> {
+        self.folded().map(|folded| &folded.offsets[..])
+    }
+
+    /// Whether the cells are a simplicial complex. In a periodic box, they are not if a point is joined to its own image or twice to
+    /// another point.
+    pub fn is_simplicial(&self) -> bool {
+        self.folded().is_none_or(|folded| folded.is_simplicial)
+    }
+
+    /// Returns the smallest number of boxes along each axis whose triangulation is a simplicial complex: from 1 to 3. `None` without a
+    /// periodic box.
+    pub fn sheets(&self) -> Option<&[u32]> {
+        self.folded().map(|folded| &folded.sheets[..])
+    }
+
+    /// Returns the cells in a periodic box with the images of points that are vertices as points of their own, for pictures. `None`
+    /// without a box.
+    pub fn unfolded(&self) -> Option<Unfolded> {
+        let (run, periodic) = (self.run_with_cells()?, self.sites.periodic.as_ref()?);
+        Some(Unfolded::of((run.cells(), run.kept.periodic.as_ref()?), &self.points(), periodic))
+    }
+
+    fn folded(&self) -> Option<&Folded> {
+        match &self.form {
+            Form::Whole(_) => None,
+            Form::Folded(folded) => Some(folded),
+        }
     }
 
     /// Returns the number of coordinates: 2 or 3.
     pub fn columns(&self) -> usize {
-        match self.either {
-            Either::Plane(_) => 2,
-            Either::Space(_) => 3,
+        match &self.form {
+            Form::Whole(Either::Plane(_)) => 2,
+            Form::Whole(Either::Space(_)) => 3,
+            Form::Folded(folded) => folded.columns,
         }
     }
 
     /// Returns the dimension of the affine hull of the points, from -1 for no points. Below [`Triangulated::columns`], there
     /// are no cells.
     pub fn dimension(&self) -> isize {
-        either!(self, t => t.dimension())
+        form!(self, t => t.dimension(), folded => folded.dimension)
     }
 
     /// Returns the number of points, duplicates and skipped ones included.
     pub fn len(&self) -> usize {
-        either!(self, t => t.len())
+        form!(self, t => t.len(), folded => folded.points.len() / folded.columns)
     }
 
     /// Whether there are no points.
@@ -131,32 +291,35 @@ impl Triangulated {
 
     /// Returns the number of cells.
     pub fn cell_count(&self) -> usize {
-        either!(self, t => t.cells().len())
+        self.cells().len() / (self.columns() + 1)
     }
 
     /// Returns the run without its cells, with counts and times. A triangulation from rows lacks it.
     pub fn run(&self) -> Option<&Outcome> {
-        self.run.as_deref()
+        self.run.as_deref().filter(|_| self.is_counted)
     }
 
-    /// Returns the rows of points: `columns` coordinates each. A coordinate that was -0.0 is 0.0.
+    /// Returns the rows of points, as they were given: `columns` coordinates each.
     pub fn points(&self) -> Vec<f64> {
-        either!(self, t => bytemuck::cast_vec(t.points()))
+        let mut points: Vec<f64> =
+            form!(self, t => bytemuck::cast_vec(t.points()), folded => folded.points.clone());
+        self.given.iter().for_each(|&(at, x)| points[at] = x);
+        points
     }
 
     /// Returns the cells: `columns + 1` vertices each.
     pub fn cells(&self) -> &[u32] {
-        either!(self, t => cast_slice(t.cells()))
+        form!(self, t => cast_slice(t.cells()), folded => &folded.cells)
     }
 
     /// Returns the cell across the facet opposite each vertex of each cell, or [`crate::NONE`] if the facet is on the hull.
     pub fn neighbours(&self) -> &[u32] {
-        either!(self, t => cast_slice(t.neighbours()))
+        form!(self, t => cast_slice(t.neighbours()), folded => &folded.neighbours)
     }
 
     /// Returns each coincident point with the first point at its place, which is the vertex: two numbers a row, ascending.
     pub fn duplicates(&self) -> &[u32] {
-        either!(self, t => t.duplicates().as_flattened())
+        form!(self, t => t.duplicates(), folded => &folded.duplicates).as_flattened()
     }
 
     /// Returns the points that were dropped because they are not finite, ascending.
@@ -166,7 +329,7 @@ impl Triangulated {
 
     /// Returns the smallest cell of each point: that of its vertex for a duplicate, or [`crate::NONE`].
     pub fn vertex_cells(&self) -> Vec<u32> {
-        either!(self, t => t.vertex_cells())
+        form!(self, t => t.vertex_cells(), folded => folded.vertex_cells())
     }
 
     /// Returns the facets of the convex hull, `columns` vertices each: counter-clockwise from outside, sorted.
@@ -174,7 +337,7 @@ impl Triangulated {
     /// # Errors
     /// Fails if the call is cancelled.
     pub fn hull(&self, call: &Call) -> Result<Vec<u32>, Failure> {
-        call.within(|| either!(self, t => cast_slice(&t.hull()).to_vec()))
+        either!(self.asked(Query::Hull, call)?, t => call.within(|| cast_slice(&t.hull()).to_vec()))
     }
 
     /// Returns the edges: two vertices each, smaller first, sorted.
@@ -182,7 +345,7 @@ impl Triangulated {
     /// # Errors
     /// Fails if the call is cancelled.
     pub fn edges(&self, call: &Call) -> Result<Vec<u32>, Failure> {
-        call.within(|| either!(self, t => t.edges().into_flattened()))
+        either!(self.asked(Query::Edges, call)?, t => call.within(|| t.edges().into_flattened()))
     }
 
     /// Returns the vertices that an edge joins to each point, ascending. The row of a duplicate is empty.
@@ -190,7 +353,7 @@ impl Triangulated {
     /// # Errors
     /// Fails if the call is cancelled.
     pub fn vertex_neighbours(&self, call: &Call) -> Result<Ragged, Failure> {
-        call.within(|| either!(self, t => t.vertex_neighbours()))
+        either!(self.asked(Query::Edges, call)?, t => call.within(|| t.vertex_neighbours()))
     }
 
     /// Returns the area or volume of each cell.
@@ -198,7 +361,10 @@ impl Triangulated {
     /// # Errors
     /// Fails if the call is cancelled.
     pub fn volumes(&self, call: &Call) -> Result<Vec<f64>, Failure> {
-        call.within(|| either!(self, t => t.cell_volumes()))
+        Query::Volumes.check(&self.sites, call.door)?;
+        let periodic = self.sites.periodic.as_ref();
+        let lengths = periodic.map_or(&[][..], |periodic| &periodic.lengths);
+        call.within(|| form!(self, t => t.cell_volumes(), folded => folded.volumes(lengths)))
     }
 
     /// Returns the circumcentre of each cell: `columns` coordinates.
@@ -206,7 +372,7 @@ impl Triangulated {
     /// # Errors
     /// Fails if the call is cancelled.
     pub fn circumcentres(&self, call: &Call) -> Result<Vec<f64>, Failure> {
-        call.within(|| either!(self, t => bytemuck::cast_vec(t.circumcentres())))
+        either!(self.asked(Query::Circumspheres, call)?, t => call.within(|| bytemuck::cast_vec(t.circumcentres())))
     }
 
     /// Returns the circumradius of each cell.
@@ -214,7 +380,7 @@ impl Triangulated {
     /// # Errors
     /// Fails if the call is cancelled.
     pub fn circumradii(&self, call: &Call) -> Result<Vec<f64>, Failure> {
-        call.within(|| either!(self, t => t.circumradii()))
+        either!(self.asked(Query::Circumspheres, call)?, t => call.within(|| t.circumradii()))
     }
 
     /// Returns the affine maps to barycentric coordinates, `columns + 1` rows of `columns` numbers for each cell. Let `r` be the
@@ -223,7 +389,7 @@ impl Triangulated {
     /// # Errors
     /// Fails if the call is cancelled.
     pub fn transforms(&self, call: &Call) -> Result<Vec<f64>, Failure> {
-        call.within(|| either!(self, t => bytemuck::cast_vec(t.transforms())))
+        either!(self.asked(Query::Transforms, call)?, t => call.within(|| bytemuck::cast_vec(t.transforms())))
     }
 
     /// Returns the gradients of the linear interpolants in each cell: `columns` rows of `values_columns` numbers, given
@@ -232,6 +398,6 @@ impl Triangulated {
     /// # Errors
     /// Fails if the number of values does not fit, or if the call is cancelled.
     pub fn gradients(&self, values: &[f64], values_columns: usize, call: &Call) -> Result<Vec<f64>, Failure> {
-        call.ask(|| either!(self, t => t.gradients(values, values_columns)))
+        either!(self.asked(Query::Gradients, call)?, t => call.ask(|| t.gradients(values, values_columns)))
     }
 }

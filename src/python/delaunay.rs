@@ -1,14 +1,16 @@
 //! The triangulation behind `septet.Delaunay`.
 
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
 use numpy::{PyReadonlyArray1, PyReadonlyArray2, PyUntypedArrayMethods};
 use pyo3::prelude::*;
 use septet_core::Spec;
 use septet_core::model::MeshView;
+use septet_core::result::unfolded::Unfolded;
 use septet_core::spec::Control;
-use septet_doors::{Call, Failure, Method, Request, Triangulated};
-use septet_io::write::{WriteOptions, check_output, write};
+use septet_doors::{Call, Failure, Method, Periodic, Request, Sites, Triangulated};
+use septet_io::read::Column;
+use septet_io::write::{OutputError, WriteOptions, check_output, write};
 use septet_lab::report::{RunContext, RunReport};
 
 use crate::arrays::{self, Array, Width, flat};
@@ -73,6 +75,23 @@ impl Core {
     }
 }
 
+/// The lengths of a periodic box, its lower corner, and whether points outside of it are admitted.
+type Lattice = (Vec<Option<f64>>, Vec<f64>, bool);
+
+/// The weights of points and their periodic box.
+pub type Given<'py> = (Option<PyReadonlyArray1<'py, f64>>, Option<Lattice>);
+
+/// Returns the weights of points and their periodic box.
+pub fn sites_of((weights, lattice): &Given<'_>) -> PyResult<Sites> {
+    let weights = weights.as_ref().map(|weights| Ok::<_, PyErr>(weights.as_slice()?.to_vec())).transpose()?;
+    let periodic = lattice.clone().map(|(lengths, origin, wrap)| {
+        let mut periodic = Periodic::of(lengths);
+        (periodic.origin, periodic.wrap) = (origin, wrap);
+        periodic
+    });
+    Ok(Sites { weights, periodic })
+}
+
 /// Returns the method of a name.
 fn method_of(py: Python<'_>, name: &str) -> PyResult<Method> {
     let found = Method::ALL.into_iter().find(|method| method.name() == name);
@@ -85,16 +104,17 @@ impl Core {
     fn new(
         py: Python<'_>,
         points: PyReadonlyArray2<'_, f64>,
+        given: Given<'_>,
         threads: Option<usize>,
-        seed: u64,
-        skip_invalid: bool,
-        max_memory: Option<u64>,
+        settings: (u64, bool, Option<u64>),
         progress: Option<Py<PyAny>>,
     ) -> PyResult<Self> {
         let (n, columns) = (points.shape()[0], points.shape()[1]);
         let points = flat(&points)?;
+        let (seed, skip_invalid, max_memory) = settings;
         let watch = Watch::new(progress);
         let mut request = Request::new(watch.call(threads));
+        request.sites = sites_of(&given)?;
         request.seed = seed;
         request.skip_invalid = skip_invalid;
         request.max_memory = max_memory;
@@ -109,8 +129,10 @@ impl Core {
         py: Python<'_>,
         points: PyReadonlyArray2<'_, f64>,
         simplices: PyReadonlyArray2<'_, i64>,
+        given: Given<'_>,
         stats: String,
     ) -> PyResult<Self> {
+        let sites = sites_of(&given)?;
         let columns = points.shape()[1];
         let wrong = || {
             errors::plain(
@@ -127,7 +149,8 @@ impl Core {
             rows.iter().map(|&v| u32::try_from(v)).collect::<Result<_, _>>().map_err(|_| wrong())?;
         let watch = Watch::new(None);
         let call = watch.call(None);
-        let made = watch.run(py, points.len(), || Ok(Triangulated::of_rows(points, columns, &cells, &call)));
+        let made =
+            watch.run(py, points.len(), || Ok(Triangulated::of_rows(points, columns, &cells, sites, &call)));
         let made = made?.map_err(|failure| {
             errors::plain(
                 py,
@@ -180,6 +203,52 @@ impl Core {
 
     fn skipped(&self, py: Python<'_>) -> PyResult<Array> {
         self.width.list(py, self.made.skipped().to_vec())
+    }
+
+    fn hidden(&self, py: Python<'_>) -> PyResult<Array> {
+        self.width.list(py, self.made.hidden().to_vec())
+    }
+
+    /// Returns the offsets of the vertices of the simplices in a periodic box, or none.
+    fn offsets(&self, py: Python<'_>) -> PyResult<Option<Array>> {
+        let d = self.made.columns();
+        self.made.offsets().map(|offsets| arrays::steps(py, offsets, [d + 1, d])).transpose()
+    }
+
+    #[getter]
+    fn is_simplicial(&self) -> bool {
+        self.made.is_simplicial()
+    }
+
+    /// Returns the numbers of boxes whose triangulation is a simplicial complex, or none.
+    fn sheets(&self) -> Option<Vec<u32>> {
+        self.made.sheets().map(<[u32]>::to_vec)
+    }
+
+    #[getter]
+    fn has_weights(&self) -> bool {
+        self.made.sites().weights.is_some()
+    }
+
+    #[getter]
+    fn is_periodic(&self) -> bool {
+        self.made.sites().periodic.is_some()
+    }
+
+    /// Returns the weights, and the lengths of the box, its lower corner, and whether points outside of it are admitted.
+    fn sites(&self, py: Python<'_>) -> PyResult<(Option<Array>, Option<Lattice>)> {
+        let Sites { weights, periodic } = self.made.sites();
+        let weights = weights.as_ref().map(|weights| arrays::list(py, weights.clone())).transpose()?;
+        let lattice = |of: &Periodic| (of.lengths.clone(), of.origin.clone(), of.wrap);
+        Ok((weights, periodic.as_ref().map(lattice)))
+    }
+
+    /// Returns points with their images that are vertices in a periodic box, and simplices of them, or none.
+    fn unfolded(&self, py: Python<'_>) -> PyResult<Option<(Array, Array)>> {
+        let Some(of) = self.made.unfolded() else { return Ok(None) };
+        let d = self.made.columns();
+        let cells = of.cells.iter().map(|&v| v as u32).collect();
+        Ok(Some((arrays::rows(py, of.coordinates, d)?, self.width.rows(py, cells, d + 1)?)))
     }
 
     fn vertex_to_simplex(&self, py: Python<'_>) -> PyResult<Array> {
@@ -296,27 +365,49 @@ impl Core {
         self.stats.clone().unwrap_or_else(made)
     }
 
-    fn write(&self, py: Python<'_>, path: &str) -> PyResult<()> {
-        let path = Path::new(path);
+    fn write(&self, py: Python<'_>, path: PathBuf) -> PyResult<()> {
         let options = WriteOptions::default();
-        check_output(path, &options).map_err(|error| errors::of_output(py, &error))?;
+        check_output(&path, &options).map_err(|error| errors::of_output(py, &error))?;
         let watch = Watch::new(None);
         let call = watch.call(None);
-        let t = &self.made;
-        let written = watch.run(py, t.cell_count(), || {
-            let (points, cells) = (t.points(), t.cells().iter().map(|&v| u64::from(v)).collect::<Vec<_>>());
-            let view = MeshView {
-                dimension: t.columns(),
-                coordinates: &points,
-                heights: None,
-                cells: &cells,
-                owner: None,
-                owning_leaf: None,
-                run: None,
-                labels: None,
-            };
-            call.within(|| write(path, &view, &options, &mut |_, _| watch.unwind_if_cancelled()))
-        })?;
-        written.map(|_| ()).map_err(|error| errors::of_output(py, &error))
+        let written = watch
+            .run(py, self.made.cell_count(), || call.within(|| self.written(&path, &options, &watch)))?;
+        written.map_err(|error| errors::of_output(py, &error))
     }
+}
+
+impl Core {
+    /// Writes points and simplices. In a periodic box, formats with points get the images that are vertices, too.
+    fn written(&self, path: &Path, options: &WriteOptions<'_>, watch: &Watch) -> Result<(), OutputError> {
+        let t = &self.made;
+        let has_points = !options.format_of(path)?.row().has_input_rows;
+        let unfolded = t.unfolded().filter(|_| has_points);
+        let columns = unfolded.as_ref().map(|of| columns_of(of, t.columns())).unwrap_or_default();
+        let (points, cells) = match unfolded {
+            Some(of) => (of.coordinates, of.cells),
+            None => (t.points(), t.cells().iter().map(|&v| u64::from(v)).collect::<Vec<_>>()),
+        };
+        let view = MeshView {
+            dimension: t.columns(),
+            coordinates: &points,
+            heights: None,
+            cells: &cells,
+            owner: None,
+            owning_leaf: None,
+            run: None,
+            labels: None,
+        };
+        let options = WriteOptions { point_data: &columns, ..*options };
+        write(path, &view, &options, &mut |_, _| watch.unwind_if_cancelled()).map(|_| ())
+    }
+}
+
+/// Returns the row and the offset of each point, as the program writes them.
+fn columns_of(of: &Unfolded, dimension: usize) -> Vec<Column> {
+    let axis = |(axis, name): (usize, &str)| {
+        let values = of.offsets.iter().skip(axis).step_by(dimension).map(|&steps| f64::from(steps));
+        Column { name: format!("image_{name}"), values: values.collect() }
+    };
+    let site = Column { name: "site".to_owned(), values: of.rows.iter().map(|&row| row as f64).collect() };
+    std::iter::once(site).chain(["x", "y", "z"].into_iter().take(dimension).enumerate().map(axis)).collect()
 }

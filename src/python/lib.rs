@@ -39,7 +39,9 @@ mod _septet {
     #[pymodule_export]
     use super::mesh::Meshed;
     #[pymodule_export]
-    use super::voronoi::{voronoi_centroids, voronoi_in, voronoi_regions, voronoi_ridges, voronoi_volumes};
+    use super::voronoi::{
+        power_cells, voronoi_centroids, voronoi_in, voronoi_regions, voronoi_ridges, voronoi_volumes,
+    };
 
     #[pymodule_export]
     const VERSION: &str = env!("CARGO_PKG_VERSION");

@@ -1,15 +1,14 @@
 //! Runs of the counted machine.
 
-use std::path::Path;
+use std::path::PathBuf;
 use std::time::Instant;
 
-use glam::{DVec2, DVec3};
 use numpy::{PyReadonlyArray2, PyUntypedArrayMethods};
 use pyo3::prelude::*;
+use septet_core::Spec;
 use septet_core::run::memory::{peak_rss, rss};
 use septet_core::spec::row;
-use septet_core::{Door, Outcome, Spec, simulate};
-use septet_doors::{Code, Failure, Triangulated};
+use septet_doors::{Code, Failure, Request, Sites, Triangulated, simulated};
 use septet_io::write::write_text;
 use septet_lab::assertions::{
     Broken, bytes, depth_of_levels, levels, levels_over_leaf, merges, messages_per_worker, no_repair, rounds,
@@ -18,7 +17,7 @@ use septet_lab::experiment::{Line, of_run};
 use septet_lab::report::{RunContext, RunReport};
 
 use crate::arrays::flat;
-use crate::delaunay::Core;
+use crate::delaunay::{Core, Given, sites_of};
 use crate::errors;
 use crate::watch::Watch;
 
@@ -51,20 +50,17 @@ fn spec_of(options: &[(String, String)]) -> Result<Spec, Failure> {
 }
 
 /// Runs the paper's recursion, and takes its triangulation and its report.
-fn ran((points, columns): (&[f64], usize), requested: &Spec, watch: &Watch) -> Result<Ran, Failure> {
+fn ran(
+    (points, columns): (&[f64], usize),
+    (requested, sites): (&Spec, Sites),
+    watch: &Watch,
+) -> Result<Ran, Failure> {
     let (start, before) = (Instant::now(), rss());
     let mut spec = requested.clone();
     spec.control.cancel = Some(watch.flag());
     spec.control.progress = watch.progress();
-    let call = watch.call(spec.machine.threads);
-    let run = call.within(|| {
-        if columns == 2 {
-            simulate::<DVec2>(bytemuck::cast_slice(points), &spec)
-        } else {
-            simulate::<DVec3>(bytemuck::cast_slice(points), &spec)
-        }
-    })?;
-    let run: Outcome = run.map_err(|error| Failure::of_run(&error, Door::Python))?;
+    let request = Request { sites, ..Request::new(watch.call(spec.machine.threads)) };
+    let run = simulated(points, columns, &request, &spec)?;
     let context = RunContext {
         command: "simulate",
         threads: spec.machine.thread_count(),
@@ -76,25 +72,28 @@ fn ran((points, columns): (&[f64], usize), requested: &Spec, watch: &Watch) -> R
     let report = RunReport::of(&run, requested, &context).to_json();
     let report = report.map_err(|error| Failure::new(Code::Failed, error.to_string()))?;
     let line = of_run(&run);
-    let made = Triangulated::of_run(points, columns, run, &call)?;
+    let made = Triangulated::of_run(points, columns, run, &request)?;
     Ok(Ran { made, report, line })
 }
 
 #[pymethods]
 impl Machine {
     #[new]
-    #[pyo3(signature = (points, options, progress))]
+    #[pyo3(signature = (points, options, given, progress))]
     fn new(
         py: Python<'_>,
         points: PyReadonlyArray2<'_, f64>,
         options: Vec<(String, String)>,
+        given: Given<'_>,
         progress: Option<Py<PyAny>>,
     ) -> PyResult<Self> {
         let (n, columns) = (points.shape()[0], points.shape()[1]);
         let points = flat(&points)?;
-        let spec = spec_of(&options).map_err(|failure| errors::raise(py, &failure))?;
+        let sites = sites_of(&given)?;
+        let mut spec = spec_of(&options).map_err(|failure| errors::raise(py, &failure))?;
+        spec.input.periodic.clone_from(&sites.periodic);
         let watch = Watch::new(progress);
-        let ran = watch.run(py, n, || ran((points, columns), &spec, &watch))?;
+        let ran = watch.run(py, n, || ran((points, columns), (&spec, sites), &watch))?;
         let core = Py::new(py, Core::of(ran.made, &spec, None))?;
         Ok(Machine { core, report: ran.report, line: ran.line })
     }
@@ -141,18 +140,19 @@ impl Machine {
 
 /// Writes the report of a run: as JSON, or as a page if the name ends in `.html`.
 #[pyfunction]
-pub fn write_report(py: Python<'_>, path: &str, report: &str) -> PyResult<()> {
-    let ending = Path::new(path).extension().map(|ending| ending.to_string_lossy().to_lowercase());
+pub fn write_report(py: Python<'_>, path: PathBuf, report: &str) -> PyResult<()> {
+    let ending = path.extension().map(|ending| ending.to_string_lossy().to_lowercase());
     let text = match ending.as_deref() {
         Some("json") => format!("{report}\n"),
         Some("html") => {
-            let page = septet_cli::page_of(path, report);
+            let page = septet_cli::page_of(&path.to_string_lossy(), report);
             page.map_err(|message: String| errors::plain(py, "InputError", &message))?
         }
         _ => {
-            let message = format!("{path}: a report is a .json file, or a page with the ending .html");
+            let message =
+                format!("{}: a report is a .json file, or a page with the ending .html", path.display());
             return Err(errors::plain(py, "OptionError", &message));
         }
     };
-    py.detach(|| write_text(Path::new(path), &text)).map_err(|error| errors::of_output(py, &error))
+    py.detach(|| write_text(&path, &text)).map_err(|error| errors::of_output(py, &error))
 }

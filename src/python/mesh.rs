@@ -1,6 +1,6 @@
 //! Meshes of domains.
 
-use std::path::Path;
+use std::path::PathBuf;
 
 use glam::{DVec2, DVec3};
 use numpy::{PyReadonlyArray1, PyReadonlyArray2, PyUntypedArrayMethods};
@@ -8,7 +8,7 @@ use pyo3::prelude::*;
 use septet_core::mesh::field::SizeField;
 use septet_core::mesh::labelled::Labelled;
 use septet_core::mesh::{Dimension, MESH_OPTIONS, MakeError, MeshError, MeshKeep, MeshSpec, check, make_of};
-use septet_core::model::{Labels, MeshView};
+use septet_core::model::{Labels, MeshView, Patches};
 use septet_core::spec::row;
 use septet_core::{Door, Remedy};
 use septet_doors::{Code, Failure};
@@ -47,7 +47,7 @@ enum NoMesh {
 impl NoMesh {
     fn raised(self, py: Python<'_>) -> PyErr {
         match self {
-            NoMesh::File(error) => errors::of_input(py, &error),
+            NoMesh::File(error) => errors::of_input(py, &error, errors::OF_MESH),
             NoMesh::Domain(message, defects) => {
                 errors::exception(py, "DomainError", &message, [("defects", defects)])
             }
@@ -56,7 +56,7 @@ impl NoMesh {
     }
 
     fn of(code: Code, message: &str, remedy: Option<Remedy>) -> Self {
-        NoMesh::Failed(Failure::new(code, errors::with_remedy(message, remedy)))
+        NoMesh::Failed(Failure::new(code, errors::with_known(message, remedy, errors::OF_MESH)))
     }
 }
 
@@ -104,11 +104,12 @@ fn refused<P: Dimension>(
         MakeError::Mesh(MeshError::Missing { features }) => {
             let defects =
                 features.iter().map(|&(feature, parts)| format!("{}: {parts} parts", name(feature)));
-            NoMesh::Domain(errors::with_remedy(&message, remedy), defects.collect())
+            NoMesh::Domain(errors::with_known(&message, remedy, errors::OF_MESH), defects.collect())
         }
         MakeError::Mesh(MeshError::Run(error)) => NoMesh::Failed(Failure::of_run(&error, Door::Python)),
         MakeError::Mesh(MeshError::Memory { forecast, limit, .. }) => {
-            let mut failure = Failure::new(Code::Limit, errors::with_remedy(&message, remedy));
+            let mut failure =
+                Failure::new(Code::Limit, errors::with_known(&message, remedy, errors::OF_MESH));
             failure.forecast = Some(septet_doors::Forecast { bytes: forecast, limit });
             NoMesh::Failed(failure)
         }
@@ -169,7 +170,7 @@ fn note(watch: &Watch, stage: usize) {
 /// A domain of Python: a file, or points with polygons as offsets and vertices.
 #[derive(FromPyObject)]
 enum Domain<'py> {
-    File(String),
+    File(PathBuf),
     Surface(PyReadonlyArray2<'py, f64>, PyReadonlyArray1<'py, i64>, PyReadonlyArray1<'py, i64>),
 }
 
@@ -208,7 +209,7 @@ impl Meshed {
                 (Some(input), _) => (input, 0),
                 (None, path) => {
                     let path = path.unwrap_or_default();
-                    let file = read_domain(Path::new(&path), &mut |_, _| watch.unwind_if_cancelled());
+                    let file = read_domain(&path, &mut |_, _| watch.unwind_if_cancelled());
                     let file = file.map_err(NoMesh::File)?;
                     (file.input, file.first_id)
                 }
@@ -252,15 +253,69 @@ impl Meshed {
         }
     }
 
+    /// Returns the contents of a pickle.
+    fn state(&self, py: Python<'_>) -> PyResult<(usize, u64, &str, Vec<Array>)> {
+        let labels = &self.labels;
+        let arrays = vec![
+            arrays::list(py, self.points.clone())?,
+            arrays::list(py, self.cells.clone())?,
+            arrays::list(py, labels.regions.clone())?,
+            arrays::list(py, labels.attributes.clone())?,
+            arrays::list(py, labels.faces.vertices.clone())?,
+            arrays::list(py, labels.faces.of.clone())?,
+            arrays::list(py, labels.faces.markers.clone())?,
+            arrays::list(py, labels.sides.as_flattened().to_vec())?,
+            arrays::list(py, labels.edges.vertices.clone())?,
+            arrays::list(py, labels.edges.of.clone())?,
+            arrays::list(py, labels.edges.markers.clone())?,
+            arrays::list(py, labels.point_markers.clone())?,
+            arrays::list(py, labels.sizes.clone())?,
+            arrays::list(py, labels.carriers.as_flattened().to_vec())?,
+        ];
+        Ok((self.dimension, self.first_id, &self.quality, arrays))
+    }
+
+    /// Checks the contents of a pickle, and returns its mesh.
+    #[staticmethod]
+    fn restored(
+        py: Python<'_>,
+        head: (usize, u64, String),
+        cells: (Numbers<'_, f64>, Numbers<'_, u64>),
+        regions: (Numbers<'_, u32>, Numbers<'_, f64>),
+        features: (Edges<'_>, Numbers<'_, u32>, Edges<'_>),
+        vertices: (Numbers<'_, i64>, Numbers<'_, f64>, Numbers<'_, i32>),
+    ) -> PyResult<Self> {
+        let (dimension, first_id, quality) = head;
+        let ((points, cells), (regions, attributes)) = (cells, regions);
+        let ((faces, sides, edges), (point_markers, sizes, carriers)) = (features, vertices);
+        let labels = Labels {
+            regions: regions.as_slice()?.to_vec(),
+            attributes: attributes.as_slice()?.to_vec(),
+            faces: patches(&faces)?,
+            sides: sides.as_slice()?.as_chunks().0.to_vec(),
+            edges: patches(&edges)?,
+            point_markers: point_markers.as_slice()?.to_vec(),
+            sizes: sizes.as_slice()?.to_vec(),
+            carriers: carriers.as_slice()?.as_chunks().0.to_vec(),
+        };
+        let (points, cells) = (points.as_slice()?.to_vec(), cells.as_slice()?.to_vec());
+        let width = Width::of(points.len() / dimension.max(1), cells.len() / (dimension + 1));
+        let made = Meshed { dimension, points, cells, labels, quality, first_id, width };
+        let fault = made.fault();
+        fault.map_or(Ok(made), |fault| {
+            let message = format!("the pickle holds no mesh: {fault}; make it again");
+            Err(errors::plain(py, "InputError", &message))
+        })
+    }
+
     /// Returns the quality as JSON.
     fn quality(&self) -> &str {
         &self.quality
     }
 
-    fn write(&self, py: Python<'_>, path: &str) -> PyResult<()> {
-        let path = Path::new(path);
+    fn write(&self, py: Python<'_>, path: PathBuf) -> PyResult<()> {
         let options = WriteOptions { first_id: self.first_id, ..WriteOptions::default() };
-        check_output(path, &options).map_err(|error| errors::of_output(py, &error))?;
+        check_output(&path, &options).map_err(|error| errors::of_output(py, &error))?;
         let view = MeshView {
             dimension: self.dimension,
             coordinates: &self.points,
@@ -275,9 +330,55 @@ impl Meshed {
         let call = watch.call(None);
         let size = self.cells.len();
         let written = watch.run(py, size, || {
-            call.within(|| write(path, &view, &options, &mut |_, _| watch.unwind_if_cancelled()))
+            call.within(|| write(&path, &view, &options, &mut |_, _| watch.unwind_if_cancelled()))
         })?;
         written.map(|_| ()).map_err(|error| errors::of_output(py, &error))
+    }
+}
+
+/// Numbers of a pickle.
+type Numbers<'py, T> = PyReadonlyArray1<'py, T>;
+
+/// The vertices, features and markers of faces or edges of a pickle.
+type Edges<'py> = (Numbers<'py, u64>, Numbers<'py, u32>, Numbers<'py, i64>);
+
+fn patches((vertices, of, markers): &Edges<'_>) -> PyResult<Patches> {
+    Ok(Patches {
+        vertices: vertices.as_slice()?.to_vec(),
+        of: of.as_slice()?.to_vec(),
+        markers: markers.as_slice()?.to_vec(),
+    })
+}
+
+impl Meshed {
+    /// Returns what is wrong with the contents of a pickle.
+    fn fault(&self) -> Option<&'static str> {
+        let Meshed { dimension: d, points, cells, labels, quality, .. } = self;
+        let Labels { regions, attributes, faces, sides, edges, point_markers, sizes, carriers } = labels;
+        if ![2, 3].contains(d) || !points.len().is_multiple_of(*d) || !cells.len().is_multiple_of(d + 1) {
+            return Some("its arrays have no whole rows");
+        }
+        let (n, m) = (points.len() / d, cells.len() / (d + 1));
+        if !points.iter().all(|x| x.is_finite()) {
+            return Some("a point is not finite");
+        }
+        if cells.iter().chain(&faces.vertices).chain(&edges.vertices).any(|&v| v >= n as u64) {
+            return Some("a vertex is no point");
+        }
+        // A list that meshes of such a domain do not have is empty.
+        let fits = |length: usize, rows: usize| length == rows || length == 0;
+        let of_cells = fits(regions.len(), m) && fits(attributes.len(), m);
+        let of_points = fits(point_markers.len(), n) && fits(sizes.len(), n) && fits(carriers.len(), n);
+        let whole = |patches: &Patches, corners: usize| {
+            patches.vertices.len() == corners * patches.len() && patches.markers.len() == patches.len()
+        };
+        if !of_cells || !of_points || !whole(faces, *d) || !whole(edges, 2) || !fits(sides.len(), faces.len())
+        {
+            return Some("its arrays have different lengths");
+        }
+        let is_object =
+            serde_json::from_str::<serde_json::Value>(quality).is_ok_and(|value| value.is_object());
+        (!is_object).then_some("its quality is no JSON object")
     }
 }
 

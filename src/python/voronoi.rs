@@ -85,3 +85,19 @@ pub fn voronoi_regions(py: Python<'_>, of: &Core, threads: Option<usize>) -> PyR
     let found = of.ask(py, (of.made.cell_count(), threads), Triangulated::voronoi_regions)?;
     Ok((arrays::offsets(py, found.offsets)?, of.width.list(py, found.indices)?))
 }
+
+/// Returns the corners of the power cells, and the corners of each as rows: offsets and entries.
+#[pyfunction]
+pub fn power_cells(
+    py: Python<'_>,
+    of: &Core,
+    corners: Option<Corners<'_>>,
+    threads: Option<usize>,
+) -> PyResult<(Array, Array, Array)> {
+    let found = within!(py, of, corners, threads, power_cells)?;
+    Ok((
+        arrays::rows(py, found.corners, of.made.columns())?,
+        arrays::offsets(py, found.cells.offsets)?,
+        of.width.list(py, found.cells.indices)?,
+    ))
+}

@@ -10,7 +10,7 @@
 //! | the cell of a query, the nearest vertex | `locate`, `nearest` |
 //! | Voronoi vertices, ridges, areas, volumes, centroids | [`voronoi`], `dual`, `double`, `clip`, `centroids`, [`clipped`] |
 //! | barycentric coordinates, gradients, weights of interpolations | [`weights`], `linear`, `natural` |
-//! | volumes of power cells, and of Voronoi cells in periodic boxes | [`power`], `clip` |
+//! | volumes and centroids of power cells, and of Voronoi cells in periodic boxes | [`power`], `clip` |
 //! | alpha complexes and shapes | [`alpha`] |
 //! | exact signs and ratios in rare cases | `exact` |
 
@@ -43,7 +43,7 @@ pub use alpha::{AlphaFiltration, AlphaShape};
 pub use clipped::Clipped;
 pub use dimension::Dimension;
 pub use error::QueryError;
-pub use power::{Polytope, Region, power_cells, power_volumes};
+pub use power::{Polytope, Region, power_cells, power_centroids, power_volumes};
 pub use ragged::Ragged;
 pub use tessellation::{NONE, Tessellation};
 pub use voronoi::Ridges;

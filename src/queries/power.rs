@@ -1,4 +1,4 @@
-//! Volumes of the cells of power diagrams, and of Voronoi diagrams in periodic boxes.
+//! Volumes and centroids of the cells of power diagrams, and of Voronoi diagrams in periodic boxes.
 //!
 //! **Statement.** The power cell of a site with the position `x` and the weight `w` holds the places `y` with the least
 //! `|y - x|^2 - w`. It is bounded by the bisectors to the sites that an edge of the regular triangulation joins to it: with `d = x_j - x`, the
@@ -90,6 +90,20 @@ pub fn power_volumes<P: Dimension>(
 ) -> Result<Vec<f64>, QueryError> {
     let diagram = Diagram::checked(sites, run, region)?;
     Ok(loops::map(sites.len(), |site| diagram.volume(site)))
+}
+
+/// Returns the centroid of the power cell of each site in a region, and NaN for a site that is no vertex or has an empty cell. In a
+/// periodic box, a cell lies around its site, and not around an image.
+///
+/// # Errors
+/// As [`power_volumes`].
+pub fn power_centroids<P: Dimension>(
+    sites: &[Weighted<P>],
+    run: &Outcome,
+    region: Region<'_, P>,
+) -> Result<Vec<P>, QueryError> {
+    let diagram = Diagram::checked(sites, run, region)?;
+    Ok(loops::map(sites.len(), |site| diagram.centroid(site)))
 }
 
 /// A convex cell.
@@ -219,6 +233,20 @@ impl<'a, P: Dimension> Diagram<'a, P> {
         let [low, high] = self.around(site);
         let volume = clip::measure(low, high, &self.bisectors(site)).volume.max(0.0);
         (0..P::DIM).fold(volume, |volume, _| times(volume, -self.exponent))
+    }
+
+    /// Returns the centroid of the cell of a site, in the units of the sites.
+    fn centroid(&self, site: usize) -> P {
+        let mut centroid = P::splat(f64::NAN);
+        if self.is_vertex(site) {
+            let [low, high] = self.around(site);
+            let measures = clip::measure(low, high, &self.bisectors(site));
+            for i in 0..P::DIM {
+                let place = self.place(site).coord(i) + measures.moment[i] / measures.volume;
+                centroid.set_coord(i, times(place, -self.exponent));
+            }
+        }
+        centroid
     }
 
     /// Returns the cell of a site, in the units of the sites.

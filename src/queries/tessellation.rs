@@ -46,7 +46,22 @@ impl<P: Dimension> Tessellation<P> {
     /// Fails if the points are not those of the run, if the run has weights, a periodic box or several processes, and if
     /// there are more than `2^32 - 2` points or cells.
     pub fn new(points: &[P], run: &Outcome) -> Result<Self, QueryError> {
-        let is_whole = run.is_whole() && run.kept.periodic.is_none() && run.points.hidden.is_none();
+        if run.points.hidden.is_some() {
+            return Err(QueryError::OtherRun);
+        }
+        Self::regular(points, run)
+    }
+
+    /// Takes the regular triangulation of points with weights from the run that made it. Points that weights hide are no vertices.
+    ///
+    /// Cells, neighbours, hull, edges, volumes, location, barycentric coordinates, gradients and linear weights have their
+    /// meaning. Nearest vertices, natural neighbours, alpha complexes and Voronoi cells do not: they are those of Delaunay
+    /// triangulations. Volumes of power cells are in [`crate::power_volumes`].
+    ///
+    /// # Errors
+    /// As [`Tessellation::new`], but the run may have weights.
+    pub fn regular(points: &[P], run: &Outcome) -> Result<Self, QueryError> {
+        let is_whole = run.is_whole() && run.kept.periodic.is_none();
         if !is_whole || run.ending().is_none() {
             return Err(QueryError::OtherRun);
         }
@@ -65,7 +80,8 @@ impl<P: Dimension> Tessellation<P> {
         let duplicates = run.left_out.duplicates.iter().map(|&(point, of)| [point as u32, of as u32]);
         let refused = run.left_out.refused.iter().map(|&point| point as u32);
         let mut is_vertex = vec![true; points.len()];
-        for point in run.left_out.duplicates.iter().map(|pair| pair.0 as u32).chain(refused) {
+        let hidden = run.left_out.hidden.iter().map(|&point| point as u32);
+        for point in run.left_out.duplicates.iter().map(|pair| pair.0 as u32).chain(refused).chain(hidden) {
             is_vertex[point as usize] = false;
         }
         Self::of_rows(points, Rows { cells, neighbours }, (duplicates.collect(), &is_vertex, run.dimension))

@@ -11,8 +11,7 @@
  * - Results do not depend on the number of threads.
  * - A later version may add functions, and fields at the end of septet_options. It changes SEPTET_ABI if it changes anything else.
  *
- * Points have 2 or 3 coordinates. 4 to 6 coordinates, weights and periodic boxes are not in this interface; the program
- * `septet triangulate` has them. */
+ * Points have 2 or 3 coordinates. 4 to 6 coordinates are not in this interface; the program `septet triangulate` has them. */
 #ifndef SEPTET_H
 #define SEPTET_H
 
@@ -30,8 +29,9 @@ typedef int32_t septet_status;
 #define SEPTET_OK 0
 #define SEPTET_FAILED 1      /* an internal error; please report it */
 #define SEPTET_OPTION 2      /* an argument is not valid */
-#define SEPTET_POINTS 3      /* a point is not finite, its digits spread too far, or it lies outside of the box:
-                              * septet_last_index() names it. Or the points do not span the space, so nothing has cells. */
+#define SEPTET_POINTS 3      /* a point is not finite, its digits spread too far, or it lies outside of the box
+                              * or of the periodic box: septet_last_index() names it. Or the points do not span the space, so
+                              * nothing has cells. */
 #define SEPTET_REFUTED 4     /* the certificate was refused; please report it */
 #define SEPTET_LIMIT 5       /* max_memory, or an index does not fit its type */
 #define SEPTET_MACHINE 6     /* a worker failed */
@@ -45,7 +45,8 @@ uint32_t septet_abi(void);
 const char *septet_last_error(void);
 int64_t septet_last_index(void);
 
-/* Options of septet_triangulate. septet_options_init sets all of them to their defaults. */
+/* Options of septet_triangulate. In C and C++, septet_options_init(&options) sets all of them to their defaults. Other languages
+ * call septet_options_init_sized with the size of their structure. */
 typedef struct septet_options {
     size_t size;            /* sizeof(septet_options): set by septet_options_init. Fields beyond it have their defaults. */
     uint32_t threads;       /* 0: all cores; 1: the call computes on the thread of its caller; at most 4096 */
@@ -54,8 +55,17 @@ typedef struct septet_options {
     uint64_t max_memory;    /* bytes; 0: no limit */
     const int32_t *cancel;  /* another thread stores a non-zero value to end the call within a second; NULL: never.
                              * Another thread of the library reads it atomically during the call. */
+    const double *weights;  /* a weight for each point, which is a squared length, so r * r for a ball of radius r; NULL: none.
+                             * The triangulation is then the regular one, and some points may be hidden. */
+    const double *period;   /* the length of a periodic box along each axis, 0 along an axis that is not periodic; NULL: no box.
+                             * Cells are then one of each class of translated cells. */
+    const double *origin;   /* the lower corner of the periodic box, one number for each axis; NULL: 0 */
+    uint32_t wrap;          /* 1: points outside of the periodic box stand for their images in it; 0: they are an error */
+    uint32_t reserved;      /* 0 */
 } septet_options;
-void septet_options_init(septet_options *options);
+void septet_options_init_sized(septet_options *options, size_t size);
+void septet_options_init(septet_options *options); /* the function sets the fields up to cancel, and size to them */
+#define septet_options_init(options) septet_options_init_sized((options), sizeof(septet_options))
 
 typedef struct septet_triangulation septet_triangulation;
 
@@ -84,6 +94,23 @@ septet_status septet_hull(const septet_triangulation *t, int64_t *out);
 septet_status septet_vertex_to_cell(const septet_triangulation *t, int64_t *out);
 septet_status septet_duplicates(const septet_triangulation *t, int64_t *out);
 
+/* Points that weights hide: hidden_count entries, ascending. They are no vertices. None without weights. */
+size_t septet_hidden_count(const septet_triangulation *t);
+septet_status septet_hidden(const septet_triangulation *t, int64_t *out);
+
+/* In a periodic box: cells_count * (dimension + 1) * dimension whole numbers of lengths. Each vertex of a cell lies at its point plus
+ * these numbers times the lengths. SEPTET_OPTION without a box. */
+septet_status septet_offsets(const septet_triangulation *t, int32_t *out);
+
+/* 1 if the cells are a simplicial complex; 0 if a point of a periodic box is joined to its own image or twice to another point. The
+ * smallest numbers of boxes along each axis whose triangulation is one: dimension entries, SEPTET_OPTION without a box. */
+int32_t septet_is_simplicial(const septet_triangulation *t);
+septet_status septet_sheets(const septet_triangulation *t, uint32_t *out);
+
+/* The queries below are those of a Delaunay triangulation. With weights, septet_locate, septet_hull, septet_voronoi_volumes in a box, and
+ * septet_interpolate with SEPTET_LINEAR have answers. In a periodic box, septet_voronoi_volumes has. The others are SEPTET_OPTION, and
+ * septet_hull_count is 0 in a periodic box. */
+
 /* Queries: n points of the dimension of t; n results. threads as in septet_options. septet_locate finds the smallest cell that
  * contains each query, -1 outside of the hull; septet_nearest finds the nearest vertex. Both are exact. A query that is not finite
  * has the result -1. */
@@ -99,7 +126,8 @@ septet_status septet_interpolate(const septet_triangulation *t, const double *va
                                  int32_t method, double outside, uint32_t threads, double *out);
 
 /* Volumes of the Voronoi cells in the box from low to high (dimension numbers each), or unbounded if both are NULL:
- * points_count entries. Unbounded cells are infinite; points that are no vertices have 0. */
+ * points_count entries. Unbounded cells are infinite; points that are no vertices have 0. With weights: power cells, which need
+ * a box. In a periodic box: low and high are NULL, unless an axis is not periodic; the volumes add up to the periodic box. */
 septet_status septet_voronoi_volumes(const septet_triangulation *t, const double *low, const double *high, uint32_t threads,
                                      double *out);
 

@@ -23,10 +23,33 @@ fn failure() -> (String, i64) {
 }
 
 fn defaults() -> Options {
-    let mut options =
-        Options { size: 0, threads: 9, skip_invalid: 9, seed: 9, max_memory: 9, cancel: null() };
-    unsafe { septet_options_init(&raw mut options) };
+    let mut options = Options {
+        size: 0,
+        threads: 9,
+        skip_invalid: 9,
+        seed: 9,
+        max_memory: 9,
+        cancel: null(),
+        weights: null(),
+        period: null(),
+        origin: null(),
+        wrap: 9,
+        reserved: 9,
+    };
+    unsafe { septet_options_init_sized(&raw mut options, size_of::<Options>()) };
     options
+}
+
+#[test]
+fn options_of_older_programs_are_not_overwritten() {
+    let mut options = Options { wrap: 9, reserved: 9, weights: [1.0].as_ptr(), ..defaults() };
+    options.threads = 9;
+    unsafe { septet_options_init(&raw mut options) };
+    assert_eq!((options.size, options.threads), (offset_of!(Options, weights), 0));
+    assert!(options.wrap == 9 && options.reserved == 9 && !options.weights.is_null());
+    // A program that was built for a later library.
+    unsafe { septet_options_init_sized(&raw mut options, size_of::<Options>() + 64) };
+    assert_eq!((options.size, options.wrap, options.weights), (size_of::<Options>(), 0, null()));
 }
 
 /// Triangulates points. A failure writes nothing.
@@ -279,4 +302,79 @@ fn another_thread_ends_a_call() {
 fn versions_are_those_of_the_header() {
     let version = unsafe { CStr::from_ptr(septet_version()) };
     assert_eq!((version.to_str(), septet_abi()), (Ok(env!("CARGO_PKG_VERSION")), 1));
+}
+
+#[test]
+fn weights_hide_points() {
+    // The last ball lies in the others.
+    let points = [0.0, 0.0, 2.0, 0.0, 0.0, 2.0, 0.5, 0.5];
+    let weights = [4.0, 1.0, 1.0, 0.01];
+    let with = |weights: &[f64]| Options { weights: weights.as_ptr(), ..defaults() };
+    let t = made(&points, 2, &with(&weights)).unwrap();
+    let (low, high, mut volumes) = ([-1.0, -1.0], [3.0, 3.0], [7.0; 4]);
+    let (mut found, mut hidden) = ([7], [7]);
+    unsafe {
+        assert_eq!((septet_cells_count(t), septet_hidden_count(t), septet_is_simplicial(t)), (1, 1, 1));
+        assert_eq!((septet_hidden(t, hidden.as_mut_ptr()), hidden), (0, [3]));
+        assert_eq!((septet_locate(t, points[6..].as_ptr(), 1, 1, found.as_mut_ptr()), found), (0, [0]));
+        assert_eq!(septet_voronoi_volumes(t, low.as_ptr(), high.as_ptr(), 1, volumes.as_mut_ptr()), 0);
+        assert!((volumes.iter().sum::<f64>() - 16.0).abs() < 1e-12 && volumes[3] == 0.0, "{volumes:?}");
+        assert_eq!(septet_voronoi_volumes(t, null(), null(), 1, volumes.as_mut_ptr()), OPTION);
+        assert!(failure().0.contains("low and high"), "{}", failure().0);
+        assert_eq!(septet_nearest(t, points.as_ptr(), 1, 1, found.as_mut_ptr()), OPTION);
+        let (text, _) = failure();
+        assert!(
+            text.contains("septet_nearest")
+                && text.contains("use septet_cells")
+                && text.contains("septet_locate"),
+            "{text}"
+        );
+        assert_eq!(septet_offsets(t, null_mut()), OPTION);
+        assert_eq!(septet_sheets(t, null_mut()), OPTION);
+        septet_free(t);
+    }
+    assert_eq!(made(&points, 2, &with(&[1.0, f64::NAN, 1.0, 1.0])), Err(POINTS));
+    assert_eq!(failure().1, 1);
+    // A program that was built before there were weights.
+    let old = Options { size: offset_of!(Options, weights), ..with(&weights) };
+    let t = made(&points, 2, &old).unwrap();
+    unsafe {
+        assert_eq!((septet_cells_count(t), septet_hidden_count(t)), (3, 0));
+        septet_free(t);
+    }
+}
+
+#[test]
+fn a_periodic_box_has_offsets() {
+    let points = [0.5, 0.25];
+    let (period, origin) = ([1.0, 2.0], [0.0, -1.0]);
+    let with = Options { period: period.as_ptr(), origin: origin.as_ptr(), ..defaults() };
+    let t = made(&points, 2, &with).unwrap();
+    let (mut cells, mut next, mut offsets) = ([7i32; 6], [7i32; 6], [7i32; 12]);
+    let (mut sheets, mut volumes) = ([7u32; 2], [7.0; 1]);
+    unsafe {
+        assert_eq!((septet_cells_count(t), septet_is_simplicial(t), septet_hull_count(t)), (2, 0, 0));
+        assert_eq!((septet_cells_i32(t, cells.as_mut_ptr()), cells), (0, [0; 6]));
+        assert_eq!((septet_neighbors_i32(t, next.as_mut_ptr()), next), (0, [1, 1, 1, 0, 0, 0]));
+        assert_eq!(septet_offsets(t, offsets.as_mut_ptr()), 0);
+        assert_eq!((septet_sheets(t, sheets.as_mut_ptr()), sheets), (0, [3, 3]));
+        assert_eq!(septet_voronoi_volumes(t, null(), null(), 1, volumes.as_mut_ptr()), 0);
+        assert_eq!(septet_locate(t, points.as_ptr(), 1, 1, [7].as_mut_ptr()), OPTION);
+        assert!(failure().0.contains("septet_offsets"), "{}", failure().0);
+        septet_free(t);
+    }
+    // Each cell is half of a box.
+    for cell in offsets.chunks(6) {
+        let [a, b] = [[cell[2], cell[3]], [cell[4], cell[5]]];
+        assert_eq!((&cell[..2], (a[0] * b[1] - a[1] * b[0])), (&[0, 0][..], 1));
+    }
+    assert!((volumes[0] - 2.0).abs() < 1e-12, "{volumes:?}");
+    let outside = Options { period: period.as_ptr(), ..defaults() };
+    assert_eq!(made(&[0.5, -0.25], 2, &outside), Err(POINTS));
+    assert!(failure().1 == 0 && failure().0.contains("wrap"), "{:?}", failure());
+    let t = made(&[0.5, -0.25], 2, &Options { wrap: 1, ..outside }).unwrap();
+    unsafe { septet_free(t) };
+    assert_eq!(made(&points, 2, &Options { wrap: 2, ..with }), Err(OPTION));
+    assert_eq!(made(&points, 2, &Options { period: null(), ..with }), Err(OPTION));
+    assert!(failure().0.contains("set period"), "{}", failure().0);
 }

@@ -161,7 +161,7 @@ impl Layout {
         let rounded = Array::of(source, *self).add_to(&mut points)?;
         self.refuse_homogeneous(source, options, &points)?;
         points.notes.extend(self.notes(rounded));
-        Ok(points.finish())
+        Ok(PointFile { rounded, ..points.finish() })
     }
 
     /// Returns the notes on an array with this number of rounded integers.

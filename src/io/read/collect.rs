@@ -284,6 +284,7 @@ impl<'a> Collector<'a> {
             heights: None,
             weights: self.weights.map(|weights| weights.values),
             notes: self.notes,
+            rounded: 0,
             skipped: self.skipped,
             source_index: (self.skipped > 0).then_some(self.kept),
             first_id: self.first_id,

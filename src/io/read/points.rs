@@ -97,6 +97,8 @@ pub struct PointFile {
     pub weights: Option<Vec<f64>>,
     /// Notes for the user, one line each, for example on ignored columns, a header row or merged vertices.
     pub notes: Vec<String>,
+    /// The number of integers of a binary file that no double holds, so that they were rounded.
+    pub rounded: u64,
     /// The number of invalid points that were dropped.
     pub skipped: usize,
     /// The zero-based index in the file of each point, or `None` if no point was dropped.
@@ -121,6 +123,7 @@ impl PointFile {
             heights: None,
             weights: None,
             notes: Vec::new(),
+            rounded: 0,
             skipped: 0,
             source_index: None,
             first_id: 0,

@@ -24,7 +24,7 @@ from ._machine import Run, read_run, simulate
 from ._mesh import Mesh, mesh
 from ._ragged import Ragged, Weights
 from ._septet import VERSION as __version__
-from ._types import Floats, Ids, Method, Progress
+from ._types import Floats, Ids, Method, Period, Progress
 from ._voronoi import Voronoi
 
 __all__ = [
@@ -41,6 +41,7 @@ __all__ = [
     "Mesh",
     "Method",
     "OptionError",
+    "Period",
     "PointError",
     "Progress",
     "Ragged",

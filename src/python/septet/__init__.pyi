@@ -9,6 +9,14 @@ TypeError or ValueError: nothing is rounded silently. Byte-swapped float64 is co
 
 Invalid points. NaN and infinity raise PointError with the row in `index`. `on_invalid="skip"` drops and lists them.
 
+Weights. `weights=` are squared lengths, one for each point: pass `weights=r**2` for balls of radius r. The triangulation is the
+regular one; points that weights hide are in `hidden`.
+
+Periodic boxes. `period=` has the length along each axis, or one for all; None along an axis that is not periodic. The box
+begins at `origin=` (0 by default), and points outside raise PointError unless `wrap=True`. Simplices are one of each class of
+translated simplices, and a vertex lies at its point plus `offsets` times the lengths. Queries that have no meaning with weights or
+in a box raise OptionError, which names those that have.
+
 Flat points. Points on a line, or in a plane of space, and fewer than d + 1 points, are no error: no simplices, `dimension < d`.
 
 Arrays. Every array is C-contiguous, owns its memory (it stays valid without its object, and never shares memory with an
@@ -51,6 +59,7 @@ __all__ = [
     "Mesh",
     "Method",
     "OptionError",
+    "Period",
     "PointError",
     "Progress",
     "Ragged",
@@ -69,6 +78,8 @@ __all__ = [
 
 Ids = npt.NDArray[np.int32] | npt.NDArray[np.int64]
 Floats = npt.NDArray[np.float64]
+Period = float | Sequence[float | None] | Floats
+"""The length of a periodic box along all axes, or along each; None along an axis that is not periodic."""
 Method = Literal["linear", "sibson", "laplace"]
 Progress = Callable[[str, int, int], None]
 """Called with the phase, its position, and the number of phases, at most every 0.1 s, on the caller's thread."""
@@ -107,7 +118,8 @@ class RunError(Error, RuntimeError):
 
 class Ragged(Sequence[Ids]):
     """Row i is values[offsets[i]:offsets[i + 1]]."""
-    def __init__(self, offsets: npt.NDArray[np.int64], values: Ids) -> None: ...
+    def __init__(self, offsets: npt.ArrayLike, values: npt.ArrayLike) -> None:
+        """Copies and checks the arrays: ValueError or TypeError if they are no rows."""
     @property
     def offsets(self) -> npt.NDArray[np.int64]: ...
     @property
@@ -140,6 +152,10 @@ class Delaunay:
         self,
         points: npt.ArrayLike,
         *,
+        weights: npt.ArrayLike | None = None,
+        period: Period | None = None,
+        origin: npt.ArrayLike | None = None,
+        wrap: bool = False,
         threads: int | None = None,
         seed: int = 1,
         on_invalid: Literal["raise", "skip"] = "raise",
@@ -170,6 +186,19 @@ class Delaunay:
     def coplanar(self) -> Ids:
         """(k, 3). As in scipy: a point that is no vertex, a simplex at it, the vertex at its place. Only duplicates occur."""
     @property
+    def hidden(self) -> Ids:
+        """(k,). Points that weights hide, ascending: they are no vertices. Empty without weights."""
+    @property
+    def offsets(self) -> npt.NDArray[np.int8] | npt.NDArray[np.int32] | None:
+        """(m, d + 1, d). In a periodic box, the vertices lie at points[simplices] + offsets * period. None without a box. int32 only if
+        wrap admits a point that is more than 127 boxes away."""
+    @property
+    def simplicial(self) -> bool:
+        """Whether the simplices are a simplicial complex. In a box, they are not if a point is joined to itself or twice to another."""
+    @property
+    def sheets(self) -> tuple[int, ...] | None:
+        """In a periodic box, the smallest numbers of boxes along each axis whose triangulation is a simplicial complex."""
+    @property
     def skipped(self) -> Ids:
         """Rows that on_invalid="skip" dropped."""
     @property
@@ -183,7 +212,7 @@ class Delaunay:
         """(e, 2). All edges, smaller vertex first, sorted."""
     @property
     def volumes(self) -> Floats:
-        """(m,). Areas or volumes of the simplices: positive, with a relative error below 1e-15."""
+        """(m,). Areas or volumes of the simplices: positive, with a relative error below 1e-15; in a box, of edges that are rounded."""
     @property
     def circumcenters(self) -> Floats:
         """(m, d)."""
@@ -260,7 +289,7 @@ class AlphaShape(NamedTuple):
     volume: float
 
 class Voronoi:
-    """The Voronoi diagram of points, unbounded or clipped to a box.
+    """The Voronoi diagram of points, unbounded, clipped to a box, or in a periodic box. With weights, the power diagram.
 
     Names of scipy.spatial.Voronoi hold where both have them.
     """
@@ -269,9 +298,14 @@ class Voronoi:
         points: npt.ArrayLike | Delaunay,
         *,
         box: tuple[npt.ArrayLike, npt.ArrayLike] | None = None,
+        weights: npt.ArrayLike | None = None,
+        period: Period | None = None,
+        origin: npt.ArrayLike | None = None,
+        wrap: bool = False,
         threads: int | None = None,
     ) -> None:
-        """`box` is (low, high). Points outside of the box raise PointError."""
+        """`box` is (low, high). Points outside of the box raise PointError. Points with weights need a box. A periodic box needs one along
+        axes that are not periodic."""
     def __copy__(self) -> Voronoi: ...
     def __deepcopy__(self, memo: dict[int, Any]) -> Voronoi: ...
     @property
@@ -280,7 +314,8 @@ class Voronoi:
     def delaunay(self) -> Delaunay: ...
     @property
     def vertices(self) -> Floats:
-        """(v, d). Without a box: the circumcentres, in the order of the simplices, each once."""
+        """(v, d). Without a box: the circumcentres, in the order of the simplices, each once. With weights or a periodic box: the corners of
+        the cells, one cell after the other."""
     @property
     def ridge_points(self) -> Ids:
         """(r, 2). The two points of each ridge, smaller first, sorted. With a box, -1 - k for side k of the box (x low, x high, y low, ...)."""
@@ -295,7 +330,7 @@ class Voronoi:
         """The vertices of each region, sorted, -1 for infinity."""
     @property
     def point_region(self) -> Ids:
-        """(n,). The region of each point: that of its vertex for a duplicate."""
+        """(n,). The region of each point: that of its vertex for a duplicate; -1 for a skipped or hidden point."""
     @property
     def volumes(self) -> Floats:
         """(n,). Areas or volumes of the cells; inf if unbounded, 0 for duplicates. With a box, they add up to its volume."""
@@ -333,6 +368,10 @@ class Run:
 def simulate(
     points: npt.ArrayLike,
     *,
+    weights: npt.ArrayLike | None = None,
+    period: Period | None = None,
+    origin: npt.ArrayLike | None = None,
+    wrap: bool = False,
     workers: int | Literal["auto", "leaves"] = "auto",
     threads: int | None = None,
     seed: int = 1,
@@ -351,6 +390,8 @@ def read_run(path: str | os.PathLike[str]) -> Run:
 
 class Mesh:
     """A mesh of a domain."""
+    def __copy__(self) -> Mesh: ...
+    def __deepcopy__(self, memo: dict[int, Any]) -> Mesh: ...
     @property
     def points(self) -> Floats: ...
     @property
@@ -401,9 +442,17 @@ class Verdict(NamedTuple):
     ok: bool
     faults: list[str]
     simplices: Ids
-    """The simplices that the faults name."""
+    """The simplices that the entries of faults name, ascending, each once. A level lists at most 10 faults and counts the others."""
 
 def verify(
-    points: npt.ArrayLike, simplices: npt.ArrayLike, *, threads: int | None = None, progress: Progress | None = None
+    points: npt.ArrayLike,
+    simplices: npt.ArrayLike,
+    *,
+    weights: npt.ArrayLike | None = None,
+    period: Period | None = None,
+    offsets: npt.ArrayLike | None = None,
+    threads: int | None = None,
+    progress: Progress | None = None,
 ) -> Verdict:
-    """Whether the simplices of any program are a Delaunay triangulation of the points, in exact arithmetic."""
+    """Whether the simplices of any program are a Delaunay triangulation of the points, in exact arithmetic: with weights, the regular
+    triangulation; in a periodic box, whose vertices have offsets, that of all images."""

@@ -3,12 +3,12 @@
 from __future__ import annotations
 
 import operator
-from typing import Any, Optional
+from typing import Any, List, Optional, Tuple
 
 import numpy as np
 import numpy.typing as npt
 
-from ._errors import OptionError
+from ._errors import InputError, OptionError
 
 _EXACT = 2**53
 
@@ -69,6 +69,64 @@ def values(v: Any, n: int) -> npt.NDArray[np.float64]:
     if array.ndim == 0 or array.shape[0] != n:
         raise ValueError(f"values must have the shape ({n}, ...), one entry for each point, not {array.shape}")
     return array
+
+
+def weights(w: Any, n: int) -> npt.NDArray[np.float64]:
+    """Converts a weight for each point."""
+    array = floats(w, "weights")
+    if array.shape != (n,):
+        raise ValueError(f"weights must have the shape ({n},), one for each point, not {array.shape}")
+    return array
+
+
+def lengths(period: Any, ndim: int) -> List[Optional[float]]:
+    """Converts the lengths of a periodic box: None along an axis that is not periodic."""
+    if period is None or isinstance(period, (str, bytes)) or np.ndim(period) == 0:
+        given = [period] * ndim
+    else:
+        given = list(period)
+    if len(given) != ndim:
+        raise OptionError(f"period must have {ndim} lengths, one for each axis, not {len(given)}")
+    made: List[Optional[float]] = []
+    for length in given:
+        value = None if length is None else floats(length, "period")
+        if value is not None and (value.ndim > 0 or not value > 0):
+            raise OptionError(f"period must have positive lengths, or None along an axis that is not periodic, not {length!r}")
+        made.append(None if value is None or np.isinf(value) else float(value))
+    if all(length is None for length in made):
+        raise OptionError("period must have a length along one axis at least; omit period if no axis is periodic")
+    return made
+
+
+def sites(
+    rows: npt.NDArray[np.float64], w: Any, period: Any, origin: Any, wrap: Any
+) -> Tuple[Any, Optional[Tuple[List[Optional[float]], List[float], bool]]]:
+    """Converts weights, and a periodic box: its lengths, its lower corner, and whether points outside are admitted."""
+    n, ndim = rows.shape
+    w = None if w is None else weights(w, n)
+    if not isinstance(wrap, (bool, np.bool_)):
+        raise OptionError(f"wrap must be True or False, not {wrap!r}")
+    if period is None:
+        if origin is not None or wrap:
+            raise OptionError("origin and wrap need a periodic box; add period, or omit them")
+        return w, None
+    corner = np.zeros(0) if origin is None else floats(origin, "origin")
+    if origin is not None and (corner.shape != (ndim,) or not np.isfinite(corner).all()):
+        raise OptionError(f"origin must have {ndim} finite numbers, one for each axis, not {origin!r}")
+    return w, (lengths(period, ndim), corner.tolist(), bool(wrap))
+
+
+def stored(sites: Any) -> Any:
+    """Checks the weights and the periodic box of a pickle."""
+    try:
+        w, box = sites
+        w = None if w is None else floats(w, "weights").reshape(-1)
+        if box is not None:
+            of, corner, wrap = box
+            box = [None if x is None else float(x) for x in of], [float(x) for x in corner], bool(wrap)
+    except (TypeError, ValueError):
+        raise InputError("the pickle holds no weights or no periodic box; make it again") from None
+    return w, box
 
 
 def indices(a: Any, name: str) -> npt.NDArray[np.int64]:
@@ -133,6 +191,13 @@ def progress(value: Any) -> Any:
 
 
 def frozen(array: npt.NDArray[Any]) -> npt.NDArray[Any]:
-    """Makes an array read-only."""
+    """Returns a read-only array with the same memory. Its flag cannot be set back, unless it holds objects or nothing."""
     array.flags.writeable = False
-    return array
+    owner = array
+    while isinstance(owner.base, np.ndarray):
+        owner = owner.base
+    if not owner.flags.owndata or array.size == 0 or array.dtype.hasobject:
+        # An array of the library is a view of memory that numpy does not own.
+        return array
+    memory = np.ascontiguousarray(array).reshape(-1).view(np.uint8).data.toreadonly()
+    return np.frombuffer(memory, dtype=array.dtype).reshape(array.shape)

@@ -11,17 +11,16 @@ import numpy as np
 from . import _arguments as arguments
 from . import _septet
 from ._alpha import AlphaFiltration, AlphaShape
-from ._errors import InputError
-from ._lazy import Lazy
-from ._ragged import Weights
+from ._errors import InputError, OptionError
+from ._queries import Queries
 
 if TYPE_CHECKING:
     import numpy.typing as npt
 
-METHODS = ("linear", "sibson", "laplace")
+    from ._types import Period
 
 
-class Delaunay(Lazy):
+class Delaunay(Queries):
     """The exact Delaunay triangulation of points in the plane or in space.
 
     Names and rules of `scipy.spatial.Delaunay` hold where both have them. No decision uses a tolerance, so that no
@@ -32,6 +31,18 @@ class Delaunay(Lazy):
     points : array_like of shape (n, 2) or (n, 3)
         Real numbers that float64 holds exactly, in any layout. n = 0 is allowed. Points on a line, or in a plane of
         space, are no error: there are no simplices, and `dimension` is less than `ndim`.
+    weights : array_like of shape (n,), optional
+        Weights of the points, which are squared lengths: the triangulation is then the regular one, the dual of the power
+        diagram. For balls of radius r, pass ``weights=r**2``. Points whose lifts lie above the lower hull are no vertices;
+        they are listed in `hidden`. Queries of nearest points, natural neighbours and alpha shapes raise OptionError.
+    period : float or array_like of shape (d,), optional
+        Lengths of a box that repeats, from `origin` on; None for an axis that is not periodic. The simplices are one of
+        each class of translated simplices, and `offsets` has the images that are their vertices. Only arrays of simplices
+        have a meaning then; location, interpolation, hull and edges raise OptionError.
+    origin : array_like of shape (d,), optional
+        The lower corner of the periodic box. By default, 0.
+    wrap : bool, optional
+        Whether points outside of the periodic box are admitted, as images of points in it. Otherwise, they raise PointError.
     threads : int, optional
         Number of threads. By default, all cores that the process may use. Results do not depend on it.
     seed : int, optional
@@ -47,7 +58,8 @@ class Delaunay(Lazy):
     Raises
     ------
     PointError
-        If a point is not finite, or if digits of the coordinates spread over more than 410 positions.
+        If a point or a weight is not finite, if a point lies outside of the periodic box, or if digits of the coordinates
+        spread over more than 410 positions.
     MemoryLimitError
         If more than `max_memory` is needed.
 
@@ -63,6 +75,11 @@ class Delaunay(Lazy):
         Facets of the hull, seen counter-clockwise from outside, sorted.
     duplicates : ndarray of int of shape (k, 2)
         Each coincident point, and the first point at its place, which is the vertex.
+    hidden : ndarray of int of shape (k,)
+        The points that weights hide, ascending.
+    offsets : ndarray of int8 of shape (m, d + 1, d), or None
+        In a periodic box, the whole numbers of lengths to the image of each vertex:
+        ``points[simplices] + offsets * period``.
 
     Notes
     -----
@@ -82,16 +99,31 @@ class Delaunay(Lazy):
     array([-1, -1,  0], dtype=int32)
     >>> tri.find_simplex([[0.1, 0.2], [1.5, 0.5]])
     array([ 1, -1], dtype=int32)
+
+    Balls of different radii, of which the last one is hidden:
+
+    >>> radii = np.array([2.0, 1.0, 1.0, 0.1])
+    >>> septet.Delaunay([[0, 0], [2, 0], [0, 2], [0.5, 0.5]], weights=radii**2).hidden
+    array([3], dtype=int32)
+
+    A periodic box of one point, whose images are the vertices of two triangles:
+
+    >>> box = septet.Delaunay([[0.5, 0.5]], period=1)
+    >>> box.simplices.tolist(), box.offsets[:, 0].tolist()
+    ([[0, 0, 0], [0, 0, 0]], [[0, 0], [0, 0]])
     """
 
     __module__ = "septet"
-    __slots__ = ("_core",)
-    _core: _septet.Core
+    __slots__ = ()
 
     def __init__(
         self,
         points: npt.ArrayLike,
         *,
+        weights: Optional[npt.ArrayLike] = None,
+        period: Optional[Period] = None,
+        origin: Optional[npt.ArrayLike] = None,
+        wrap: bool = False,
         threads: Optional[int] = None,
         seed: int = 1,
         on_invalid: str = "raise",
@@ -99,12 +131,16 @@ class Delaunay(Lazy):
         progress: Optional[Any] = None,
     ) -> None:
         self._begin()
+        rows = arguments.points(points)
         core = _septet.Core(
-            arguments.points(points),
+            rows,
+            arguments.sites(rows, weights, period, origin, wrap),
             arguments.threads(threads),
-            arguments.whole(seed, "seed", 0, 2**64 - 1),
-            arguments.word(on_invalid, "on_invalid", ("raise", "skip")) == "skip",
-            arguments.memory(max_memory),
+            (
+                arguments.whole(seed, "seed", 0, 2**64 - 1),
+                arguments.word(on_invalid, "on_invalid", ("raise", "skip")) == "skip",
+                arguments.memory(max_memory),
+            ),
             arguments.progress(progress),
         )
         self._set("_core", core)
@@ -117,7 +153,9 @@ class Delaunay(Lazy):
         return made
 
     def __reduce__(self) -> Any:
-        return _restored, (np.asarray(self.points), np.asarray(self.simplices), self._stats)
+        contents = (np.asarray(self.points), np.asarray(self.simplices), self._stats)
+        core = self._core
+        return _restored, contents + ((core.sites(),) if core.has_weights or core.is_periodic else ())
 
     def __copy__(self) -> Delaunay:
         return self
@@ -133,11 +171,6 @@ class Delaunay(Lazy):
     def points(self) -> Any:
         """(n, d). A copy of the argument, so that later changes of the argument do not matter."""
         return self._made("points", self._core.points)
-
-    @property
-    def ndim(self) -> int:
-        """Number of coordinates of a point: 2 or 3."""
-        return self._core.ndim
 
     @property
     def dimension(self) -> int:
@@ -174,6 +207,31 @@ class Delaunay(Lazy):
             return arguments.frozen(np.ascontiguousarray(np.stack(columns, axis=1)))
 
         return self._made("coplanar", make)
+
+    @property
+    def hidden(self) -> Any:
+        """(k,). Points that weights hide, ascending: they are no vertices. Empty without weights."""
+        return self._made("hidden", self._core.hidden)
+
+    @property
+    def offsets(self) -> Any:
+        """(m, d + 1, d). In a periodic box, the whole numbers of lengths to each vertex; None without a box.
+
+        The vertices lie at ``points[simplices] + offsets * period``. The first one of a simplex has the offset 0. The type is
+        int8, or int32 if `wrap` admits a point that is more than 127 boxes away.
+        """
+        return self._made("offsets", self._core.offsets)
+
+    @property
+    def simplicial(self) -> bool:
+        """Whether the simplices are a simplicial complex: in a periodic box, no point is joined to itself, or twice to another."""
+        return self._core.is_simplicial
+
+    @property
+    def sheets(self) -> Optional[Tuple[int, ...]]:
+        """The smallest numbers of boxes along each axis whose triangulation is a simplicial complex; None without a box."""
+        sheets = self._core.sheets()
+        return None if sheets is None else tuple(sheets)
 
     @property
     def skipped(self) -> Any:
@@ -219,186 +277,6 @@ class Delaunay(Lazy):
         """
         return self._made("transform", self._core.transform)
 
-    def find_simplex(self, x: npt.ArrayLike, *, threads: Optional[int] = None) -> Any:
-        """Find the simplex that contains each query, exactly.
-
-        Parameters
-        ----------
-        x : array_like of shape (..., d)
-            Queries.
-        threads : int, optional
-            Number of threads; all cores by default.
-
-        Returns
-        -------
-        ndarray of int of shape x.shape[:-1]
-            On common faces, the simplex with the smallest index; -1 strictly outside of the hull, and for a query that
-            is not finite. No tolerance is used: every point of the set is inside, also each hull vertex.
-
-        Examples
-        --------
-        >>> import septet
-        >>> tri = septet.Delaunay([[0, 0], [1, 0], [0, 1]])
-        >>> tri.find_simplex(tri.points)
-        array([0, 0, 0], dtype=int32)
-        """
-        q = arguments.queries(x, self.ndim)
-        found = self._core.locate(arguments.rows(q, self.ndim), arguments.threads(threads))
-        return arguments.frozen(found.reshape(q.shape[:-1]))
-
-    def barycentric(
-        self, x: npt.ArrayLike, simplex: Optional[npt.ArrayLike] = None, *, threads: Optional[int] = None
-    ) -> Tuple[Any, Any]:
-        """Simplex and barycentric coordinates of each query.
-
-        Parameters
-        ----------
-        x : array_like of shape (..., d)
-            Queries.
-        simplex : array_like of int of shape x.shape[:-1], optional
-            The simplex of each query, from `find_simplex`. By default, it is found. A query outside of its simplex has
-            the coordinates of its own simplex.
-        threads : int, optional
-            Number of threads; all cores by default.
-
-        Returns
-        -------
-        simplex : ndarray of int of shape x.shape[:-1]
-            The simplex with the smallest index; -1 outside of the hull.
-        coordinates : ndarray of shape x.shape[:-1] + (d + 1,)
-            Coordinates are at least 0 and add up to 1; NaN outside. The coordinate of a vertex is 0 if the query lies on
-            the facet opposite it.
-
-        Examples
-        --------
-        >>> import septet
-        >>> tri = septet.Delaunay([[0, 0], [1, 0], [0, 1]])
-        >>> tri.barycentric([0.25, 0.5])[1]
-        array([0.25, 0.25, 0.5 ])
-        """
-        q = arguments.queries(x, self.ndim)
-        given = None
-        if simplex is not None:
-            given = arguments.indices(simplex, "simplex")
-            if given.shape != q.shape[:-1]:
-                raise ValueError(f"simplex must have the shape {q.shape[:-1]}, not {given.shape}")
-            m = self._core.simplex_count
-            if given.size and not (-1 <= int(given.min()) and int(given.max()) < m):
-                raise ValueError(f"simplex must have indices from -1 to {m - 1}")
-            given = given.reshape(-1)
-        cells, coordinates = self._core.barycentric(arguments.rows(q, self.ndim), given, arguments.threads(threads))
-        shape = q.shape[:-1]
-        return arguments.frozen(cells.reshape(shape)), arguments.frozen(coordinates.reshape(shape + (self.ndim + 1,)))
-
-    def nearest_vertex(self, x: npt.ArrayLike, *, threads: Optional[int] = None) -> Any:
-        """Find the vertex nearest to each query, exactly.
-
-        Parameters
-        ----------
-        x : array_like of shape (..., d)
-            Queries, also outside of the hull.
-        threads : int, optional
-            Number of threads; all cores by default.
-
-        Returns
-        -------
-        ndarray of int of shape x.shape[:-1]
-            The smallest index if several are nearest; -1 without points, and for a query that is not finite.
-        """
-        q = arguments.queries(x, self.ndim)
-        found = self._core.nearest(arguments.rows(q, self.ndim), arguments.threads(threads))
-        return arguments.frozen(found.reshape(q.shape[:-1]))
-
-    def weights(self, x: npt.ArrayLike, method: str = "linear", *, threads: Optional[int] = None) -> Weights:
-        """The weights of the points in an interpolation, for reuse with many values.
-
-        Parameters
-        ----------
-        x : array_like of shape (..., d)
-            Queries, of which each has a row.
-        method : {'linear', 'sibson', 'laplace'}, optional
-            Linear in each simplex, or natural neighbours by the weights of Sibson or of Laplace.
-        threads : int, optional
-            Number of threads; all cores by default.
-
-        Returns
-        -------
-        Weights
-            The arrays indptr, indices and data of a sparse matrix.
-        """
-        q = arguments.rows(arguments.queries(x, self.ndim), self.ndim)
-        method = arguments.word(method, "method", METHODS)
-        return Weights(*self._core.weights(q, method, arguments.threads(threads)))
-
-    def interpolate(
-        self,
-        values: npt.ArrayLike,
-        x: npt.ArrayLike,
-        method: str = "linear",
-        *,
-        fill_value: float = float("nan"),
-        threads: Optional[int] = None,
-    ) -> Any:
-        """Interpolate values at the points.
-
-        Parameters
-        ----------
-        values : array_like of shape (n, ...)
-            Values at the points. Those at duplicates are ignored.
-        x : array_like of shape (..., d)
-            Queries.
-        method : {'linear', 'sibson', 'laplace'}, optional
-            See `weights`.
-        fill_value : float, optional
-            The value outside of the hull.
-        threads : int, optional
-            Number of threads; all cores by default.
-
-        Returns
-        -------
-        ndarray of shape x.shape[:-1] + values.shape[1:]
-
-        Examples
-        --------
-        >>> import septet
-        >>> tri = septet.Delaunay([[0, 0], [4, 0], [0, 4]])
-        >>> tri.interpolate([10, 14, 18], [[1, 1], [4, 0], [3, 3]])
-        array([13., 14., nan])
-        """
-        v = arguments.values(values, self._core.point_count)
-        q = arguments.queries(x, self.ndim)
-        rest = v.shape[1:]
-        columns = v.reshape(len(v), int(np.prod(rest, dtype=np.int64)))
-        method = arguments.word(method, "method", METHODS)
-        fill = arguments.number(fill_value, "fill_value")
-        if columns.shape[1] == 0:
-            return arguments.frozen(np.empty(q.shape[:-1] + rest))
-        found = self._core.interpolate(
-            columns, arguments.rows(q, self.ndim), method, fill, arguments.threads(threads)
-        )
-        return arguments.frozen(found.reshape(q.shape[:-1] + rest))
-
-    def gradients(self, values: npt.ArrayLike) -> Any:
-        """The gradient of the linear interpolant in each simplex.
-
-        Parameters
-        ----------
-        values : array_like of shape (n, ...)
-            Values at the points.
-
-        Returns
-        -------
-        ndarray of shape (m, d) + values.shape[1:]
-        """
-        v = arguments.values(values, self._core.point_count)
-        rest = v.shape[1:]
-        columns = v.reshape(len(v), int(np.prod(rest, dtype=np.int64)))
-        shape = (self._core.simplex_count, self.ndim) + rest
-        if columns.shape[1] == 0:
-            return arguments.frozen(np.empty(shape))
-        found = self._core.gradients(columns)
-        return arguments.frozen(found.reshape(shape))
-
     def alpha_filtration(self) -> AlphaFiltration:
         """The alpha complex: the squared radius from which on each simplex belongs to it.
 
@@ -436,19 +314,32 @@ class Delaunay(Lazy):
         """Return a scipy.spatial.Delaunay with these simplices, for example for CloughTocher2DInterpolator. Needs scipy."""
         from ._convert import to_scipy
 
+        if self._core.has_weights or self._core.is_periodic:
+            raise OptionError("scipy has no triangulations with weights or in a periodic box; use to_meshio or to_pyvista")
         return to_scipy(self)
 
     def to_meshio(self) -> Any:
-        """Return a meshio.Mesh with these points and simplices. Needs meshio."""
+        """Return a meshio.Mesh with these points and simplices. Needs meshio.
+
+        In a periodic box, images that are vertices follow the points.
+        """
         from ._convert import to_meshio
 
-        return to_meshio(self.points, self.simplices)
+        return to_meshio(*self._picture())
 
     def to_pyvista(self) -> Any:
-        """Return a pyvista.UnstructuredGrid with these points and simplices. Needs pyvista."""
+        """Return a pyvista.UnstructuredGrid with these points and simplices. Needs pyvista.
+
+        In a periodic box, images that are vertices follow the points.
+        """
         from ._convert import to_pyvista
 
-        return to_pyvista(self.points, self.simplices)
+        return to_pyvista(*self._picture())
+
+    def _picture(self) -> Tuple[Any, Any]:
+        """Points and simplices without offsets."""
+        unfolded = self._core.unfolded()
+        return (self.points, self.simplices) if unfolded is None else unfolded
 
     @property
     def _stats(self) -> str:
@@ -466,14 +357,15 @@ class Delaunay(Lazy):
         Parameters
         ----------
         path : str or path
-            The file. It appears under its name when it is complete.
+            The file. It appears under its name when it is complete. In a periodic box, it has the images that are vertices as
+            points, with their rows and offsets if the format holds data of points.
         """
-        self._core.write(os.fspath(path))
+        self._core.write(os.fsdecode(path))
 
 
-def _restored(points: Any, simplices: Any, stats: str) -> Delaunay:
+def _restored(points: Any, simplices: Any, stats: str, sites: Any = (None, None)) -> Delaunay:
     """Checks the contents of a pickle, and returns its triangulation."""
     rows = arguments.indices(simplices, "simplices")
     if rows.ndim != 2 or not isinstance(stats, str):
         raise InputError("the pickle holds no triangulation; make it again")
-    return Delaunay._of(_septet.Core.restored(arguments.points(points), rows, stats))
+    return Delaunay._of(_septet.Core.restored(arguments.points(points), rows, arguments.stored(sites), stats))

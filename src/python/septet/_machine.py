@@ -18,6 +18,8 @@ from ._lazy import Lazy
 if TYPE_CHECKING:
     import numpy.typing as npt
 
+    from ._types import Period
+
 SUPERGRAPHS = ("density", "overlap", "knn")
 SETS = ("ghost", "own", "smaller", "both")
 
@@ -145,12 +147,16 @@ class Run(Lazy):
         path : str or path
             The file. It appears under its name when it is complete.
         """
-        _septet.write_report(os.fspath(path), self._text)
+        _septet.write_report(os.fsdecode(path), self._text)
 
 
 def simulate(
     points: npt.ArrayLike,
     *,
+    weights: Optional[npt.ArrayLike] = None,
+    period: Optional[Period] = None,
+    origin: Optional[npt.ArrayLike] = None,
+    wrap: bool = False,
     workers: Union[int, str] = "auto",
     threads: Optional[int] = None,
     seed: int = 1,
@@ -167,6 +173,8 @@ def simulate(
     ----------
     points : array_like of shape (n, 2) or (n, 3)
         See `Delaunay`.
+    weights, period, origin, wrap : optional
+        See `Delaunay`. In a periodic box, the machine also triangulates images of points.
     workers : int, 'auto' or 'leaves', optional
         Number of workers, or one for each leaf of the partition tree.
     threads : int, optional
@@ -209,7 +217,9 @@ def simulate(
     options.append(("separator-sets", sets))
     if leaf is not None:
         options.append(("leaf", str(arguments.whole(leaf, "leaf", 1, 2**63 - 1))))
-    machine = _septet.Machine(arguments.points(points), options, arguments.progress(progress))
+    rows = arguments.points(points)
+    given = arguments.sites(rows, weights, period, origin, wrap)
+    machine = _septet.Machine(rows, options, given, arguments.progress(progress))
     return Run._of(machine.report(), machine)
 
 
@@ -226,21 +236,40 @@ def read_run(path: "str | os.PathLike[str]") -> Run:
     InputError
         If the file is no report of a run.
     """
-    name = os.fspath(path)
-    with open(name, encoding="utf-8") as file:
-        text = file.read()
+    name = os.fsdecode(path)
+    with open(name, "rb") as file:
+        contents = file.read()
     try:
+        text = contents.decode("utf-8")
         report = json.loads(text)
-        is_report = isinstance(report, dict) and "phases" in report and "rounds" in report and "machine" in report
-    except ValueError as error:
+    except (ValueError, RecursionError) as error:
         raise _not_a_report(name, f"{error}", getattr(error, "lineno", None)) from None
-    if not is_report:
-        raise _not_a_report(name, "it has no phases, rounds and machine", None)
+    fault = _fault_of(report)
+    if fault is not None:
+        raise _not_a_report(name, fault, None)
     return Run._of(text, None)
 
 
+def _fault_of(report: Any) -> Optional[str]:
+    """Returns what a report of a run must have and this one has not."""
+    if not isinstance(report, dict):
+        return "it is no JSON object"
+    for name, kind in (("machine", dict), ("points", dict), ("phases", list), ("rounds", list)):
+        if not isinstance(report.get(name), kind):
+            return f"it has no {name}"
+    if "workers" not in report["machine"] or "used" not in report["points"]:
+        return "it has no numbers of workers and points"
+    tree = report.get("tree")
+    levels = tree.get("by_level") if isinstance(tree, dict) else tree
+    tables = [report["phases"], report["rounds"], [] if levels is None else levels]
+    if not all(isinstance(table, list) and all(isinstance(row, dict) for row in table) for table in tables):
+        return "a table has no rows of names and values"
+    return None
+
+
 def _not_a_report(path: str, reason: str, line: Optional[int]) -> InputError:
-    error = InputError(f"{path}: not the report of a run: {reason}; give a file from `septet simulate --json`")
+    shown = path.encode("utf-8", "backslashreplace").decode()
+    error = InputError(f"{shown}: not the report of a run: {reason}; give a file from `septet simulate --json`")
     error.path, error.line = path, line
     return error
 

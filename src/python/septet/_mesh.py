@@ -10,7 +10,7 @@ import numpy as np
 
 from . import _arguments as arguments
 from . import _septet
-from ._errors import OptionError
+from ._errors import InputError, OptionError
 from ._lazy import Lazy
 
 if TYPE_CHECKING:
@@ -50,6 +50,15 @@ class Mesh(Lazy):
         made._set("_cache", {})
         return made
 
+    def __reduce__(self) -> Any:
+        return _restored, self._core.state()
+
+    def __copy__(self) -> Mesh:
+        return self
+
+    def __deepcopy__(self, memo: Any) -> Mesh:
+        return self
+
     def __repr__(self) -> str:
         return f"<septet.Mesh: {len(self.points)} points, {len(self.cells)} cells, {self.points.shape[1]} dimensions>"
 
@@ -86,7 +95,7 @@ class Mesh(Lazy):
 
     def write(self, path: "str | os.PathLike[str]") -> None:
         """Write any format of ``septet mesh -o``, by the ending."""
-        self._core.write(os.fspath(path))
+        self._core.write(os.fsdecode(path))
 
     def to_meshio(self) -> Any:
         """Return a meshio.Mesh with the regions as cell data. Needs meshio."""
@@ -189,9 +198,8 @@ def mesh(
 
 def _domain(domain: Any) -> Union[str, Tuple[Any, Any, Any]]:
     """Converts a domain: a path, or points with polygons as offsets and vertices."""
-    if isinstance(domain, (str, os.PathLike)):
-        path = os.fspath(domain)
-        return path if isinstance(path, str) else os.fsdecode(path)
+    if isinstance(domain, (str, bytes, os.PathLike)):
+        return os.fsdecode(domain)
     try:
         points, polygons = domain
     except (TypeError, ValueError):
@@ -215,3 +223,24 @@ def _field(size_field: Any) -> Tuple[Any, Any]:
     if values.shape != (len(rows),):
         raise ValueError(f"size_field must have one size for each of its {len(rows)} points")
     return rows, values
+
+
+# The types of the arrays of a pickle: points, cells; regions, attributes; faces, sides, edges; markers, sizes and features of points.
+_TYPES = ("f8", "u8", "u4", "f8", "u8", "u4", "i8", "u4", "u8", "u4", "i8", "i8", "f8", "i4")
+
+
+def _restored(ndim: int, first: int, quality: str, arrays: Any) -> Mesh:
+    """Checks the contents of a pickle, and returns its mesh."""
+    try:
+        if len(arrays) != len(_TYPES) or not isinstance(quality, str):
+            raise ValueError
+        rows = [np.ascontiguousarray(array).reshape(-1) for array in arrays]
+        if any(row.dtype != np.dtype(kind) for row, kind in zip(rows, _TYPES)):
+            raise ValueError
+        head = (arguments.whole(ndim, "ndim", 2, 3), arguments.whole(first, "first", 0, 2**63 - 1), quality)
+    except (TypeError, ValueError):
+        raise InputError("the pickle holds no mesh; make it again") from None
+    points, cells, regions, attributes = rows[:4]
+    faces, sides, edges = tuple(rows[4:7]), rows[7], tuple(rows[8:11])
+    made = _septet.Meshed.restored(head, (points, cells), (regions, attributes), (faces, sides, edges), tuple(rows[11:]))
+    return Mesh._of(made)

@@ -9,7 +9,7 @@ from typing import Any, List, NamedTuple, Union, overload
 import numpy as np
 import numpy.typing as npt
 
-from ._arguments import frozen
+from ._arguments import frozen, indices
 from ._types import Ids
 
 
@@ -31,7 +31,28 @@ class Ragged(Sequence[Any]):
     _offsets: npt.NDArray[np.int64]
     _values: Any
 
-    def __init__(self, offsets: npt.NDArray[np.int64], values: Ids) -> None:
+    def __init__(self, offsets: npt.ArrayLike, values: npt.ArrayLike) -> None:
+        ends, entries = indices(offsets, "offsets"), np.array(values)
+        if entries.size == 0 and entries.dtype.kind == "f":
+            entries = entries.astype(np.int64)
+        if ends.ndim != 1 or len(ends) == 0 or ends[0] != 0 or (np.diff(ends) < 0).any():
+            raise ValueError("offsets must start with 0 and not decrease, with one entry more than there are rows")
+        if entries.ndim != 1 or ends[-1] != len(entries):
+            raise ValueError(f"values must have one dimension and {ends[-1]} entries, as offsets say, not {entries.shape}")
+        if entries.dtype not in (np.int32, np.int64):
+            entries = indices(entries, "values")
+        self._set(ends, entries)
+
+    @classmethod
+    def _of(cls, offsets: npt.NDArray[np.int64], values: Any) -> Ragged:
+        """Takes arrays of the library without a copy."""
+        made = cls.__new__(cls)
+        made._set(offsets, values)
+        return made
+
+    def _set(self, offsets: npt.NDArray[np.int64], values: Any) -> None:
+        if hasattr(self, "_offsets"):
+            raise AttributeError("a Ragged cannot be changed: make a new one")
         object.__setattr__(self, "_offsets", frozen(offsets))
         object.__setattr__(self, "_values", frozen(values))
 
@@ -59,7 +80,7 @@ class Ragged(Sequence[Any]):
             offsets = np.zeros(len(lengths) + 1, dtype=np.int64)
             np.cumsum(lengths, out=offsets[1:])
             places = np.arange(offsets[-1]) + np.repeat(starts - offsets[:-1], lengths)
-            return Ragged(offsets, self._values[places])
+            return Ragged._of(offsets, self._values[places])
         at = operator.index(i)
         at += len(self) if at < 0 else 0
         if not 0 <= at < len(self):

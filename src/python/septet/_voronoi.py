@@ -9,25 +9,32 @@ import numpy as np
 from . import _arguments as arguments
 from . import _septet
 from ._delaunay import Delaunay
+from ._errors import OptionError
 from ._lazy import Lazy
 from ._ragged import Ragged
 
 if TYPE_CHECKING:
     import numpy.typing as npt
 
+    from ._types import Period
+
 
 class Voronoi(Lazy):
-    """The Voronoi diagram of points, unbounded or clipped to a box.
+    """The Voronoi diagram of points, unbounded, clipped to a box, or in a periodic box.
 
     Names of `scipy.spatial.Voronoi` hold where both have them.
 
     Parameters
     ----------
     points : array_like of shape (n, 2) or (n, 3), or Delaunay
-        The points, or their triangulation.
+        The points, or their triangulation, with weights or a periodic box if it has them.
     box : tuple of array_like, optional
         The corners (low, high) of a box, which must contain all points. All results are then those of the parts in the
-        box.
+        box. Points with weights need it. A periodic box needs it along axes that are not periodic.
+    weights, period, origin, wrap : optional
+        See `Delaunay`. With weights, the cells are those of the power diagram: ``weights=r**2`` for balls of radius r. In a
+        periodic box, the volumes add up to it. Cells are then made one by one: `vertices` are the corners of each, and there
+        are no ridges.
     threads : int, optional
         Number of threads; all cores by default.
 
@@ -36,7 +43,8 @@ class Voronoi(Lazy):
     PointError
         If a point is not finite or lies outside of the box.
     OptionError
-        If cells, ridges or volumes of flat points are requested: they have no simplices.
+        If cells, ridges or volumes of flat points are requested: they have no simplices. If points with weights have no box,
+        or if their ridges are requested.
 
     Attributes
     ----------
@@ -57,6 +65,8 @@ class Voronoi(Lazy):
     array([4., 4., 4., 4.])
     >>> septet.Voronoi([[1, 1], [3, 1], [1, 3], [3, 3]]).volumes
     array([inf, inf, inf, inf])
+    >>> septet.Voronoi([[0.5, 0.5], [2.5, 0.5]], period=(4, 1)).volumes
+    array([2., 2.])
     """
 
     __module__ = "septet"
@@ -70,16 +80,27 @@ class Voronoi(Lazy):
         points: Union[npt.ArrayLike, Delaunay],
         *,
         box: Optional[Tuple[npt.ArrayLike, npt.ArrayLike]] = None,
+        weights: Optional[npt.ArrayLike] = None,
+        period: Optional[Period] = None,
+        origin: Optional[npt.ArrayLike] = None,
+        wrap: bool = False,
         threads: Optional[int] = None,
     ) -> None:
         self._begin()
         threads = arguments.threads(threads)
-        delaunay = points if isinstance(points, Delaunay) else Delaunay(points, threads=threads)
+        if not isinstance(points, Delaunay):
+            delaunay = Delaunay(
+                points, weights=weights, period=period, origin=origin, wrap=wrap, threads=threads
+            )
+        elif weights is None and period is None and origin is None and not wrap:
+            delaunay = points
+        else:
+            raise OptionError("weights, period, origin and wrap are those of the triangulation; pass them to Delaunay")
         corners = None if box is None else _corners(box, delaunay.ndim)
         self._set("_delaunay", delaunay)
         self._set("_box", corners)
         self._set("_threads", threads)
-        if corners is not None:
+        if corners is not None or self._has_power_cells():
             # Points outside of the box are errors of this call.
             self._cache["volumes"] = self._make_volumes()
 
@@ -106,6 +127,21 @@ class Voronoi(Lazy):
         """The triangulation of the points."""
         return self._delaunay
 
+    def _has_power_cells(self) -> bool:
+        """Whether the cells are made one by one: those of points with weights or in a periodic box."""
+        core = self._delaunay._core
+        return core.has_weights or core.is_periodic
+
+    def _power_cells(self) -> Tuple[Any, Ragged]:
+        """Corners of the power cells, and those of each point."""
+
+        def make() -> Tuple[Any, Ragged]:
+            corners, offsets, rows = _septet.power_cells(self._delaunay._core, self._box, self._threads)
+            return corners, Ragged._of(offsets, rows)
+
+        made: Tuple[Any, Ragged] = self._made("power_cells", make)
+        return made
+
     def _diagram(self) -> Tuple[Any, Any, Ragged, Any]:
         """Vertices, points of the ridges, their vertices, and their areas."""
 
@@ -116,14 +152,19 @@ class Voronoi(Lazy):
                 points, offsets, rows, areas = _septet.voronoi_ridges(core, self._threads)
             else:
                 vertices, points, offsets, rows, areas = _septet.voronoi_in(core, *self._box, self._threads)
-            return vertices, points, Ragged(offsets, rows), areas
+            return vertices, points, Ragged._of(offsets, rows), areas
 
         made: Tuple[Any, Any, Ragged, Any] = self._made("diagram", make)
         return made
 
     @property
     def vertices(self) -> Any:
-        """(v, d). Without a box: the circumcentres, in the order of the simplices, each once."""
+        """(v, d). Without a box: the circumcentres, in the order of the simplices, each once.
+
+        With weights or a periodic box: the corners of the cells, one cell after the other.
+        """
+        if self._has_power_cells():
+            return self._power_cells()[0]
         return self._delaunay.circumcenters if self._box is None else self._diagram()[0]
 
     @property
@@ -146,11 +187,16 @@ class Voronoi(Lazy):
 
     @property
     def regions(self) -> Ragged:
-        """The vertices of each region, sorted, -1 for infinity."""
+        """The vertices of each region, sorted, -1 for infinity.
+
+        With weights or a periodic box, a region has vertices of its own: in the plane counter-clockwise.
+        """
 
         def make() -> Ragged:
+            if self._has_power_cells():
+                return self._power_cells()[1]
             if self._box is None:
-                return Ragged(*_septet.voronoi_regions(self._delaunay._core, self._threads))
+                return Ragged._of(*_septet.voronoi_regions(self._delaunay._core, self._threads))
             return _regions(len(self.points), self.ridge_points, self.ridge_vertices)
 
         made: Ragged = self._made("regions", make)
@@ -158,13 +204,14 @@ class Voronoi(Lazy):
 
     @property
     def point_region(self) -> Any:
-        """(n,). The region of each point: that of its vertex for a duplicate."""
+        """(n,). The region of each point: that of its vertex for a duplicate; -1 for a skipped or hidden point."""
 
         def make() -> Any:
             duplicates = self._delaunay.duplicates
             regions = np.arange(len(self.points), dtype=duplicates.dtype)
             regions[duplicates[:, 0]] = duplicates[:, 1]
             regions[self._delaunay.skipped] = -1
+            regions[self._delaunay.hidden] = -1
             return arguments.frozen(regions)
 
         return self._made("point_region", make)
@@ -174,12 +221,18 @@ class Voronoi(Lazy):
 
     @property
     def volumes(self) -> Any:
-        """(n,). Areas or volumes of the cells; inf if unbounded, 0 for duplicates. With a box, they add up to its volume."""
+        """(n,). Areas or volumes of the cells; inf if unbounded, 0 for duplicates. With a box, they add up to its volume.
+
+        With weights: those of the power cells, 0 for hidden points. In a periodic box, they add up to it.
+        """
         return self._made("volumes", self._make_volumes)
 
     @property
     def centroids(self) -> Any:
-        """(n, d). Centroids of the cells; NaN if unbounded."""
+        """(n, d). Centroids of the cells; NaN if unbounded, and for points without a cell.
+
+        In a periodic box, a cell lies around its point, also if a part of it lies outside of the box.
+        """
         return self._made(
             "centroids", lambda: _septet.voronoi_centroids(self._delaunay._core, self._box, self._threads)
         )
@@ -218,7 +271,7 @@ def _regions(n: int, points: Any, rows: Ragged) -> Ragged:
     width = int(vertices.max(initial=0)) + 1
     keys = np.unique((ends * width + vertices)[ends >= 0])
     offsets = np.searchsorted(keys, np.arange(n + 1, dtype=np.int64) * width)
-    return Ragged(offsets.astype(np.int64), (keys % width).astype(rows.values.dtype))
+    return Ragged._of(offsets.astype(np.int64), (keys % width).astype(rows.values.dtype))
 
 
 def _restored(delaunay: Delaunay, box: Any) -> Voronoi:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import gc
+import pickle
 from typing import Any
 
 import numpy as np
@@ -118,3 +119,70 @@ def test_ragged_rows(cloud: np.ndarray) -> None:
             rows[wrong]
     with pytest.raises(AttributeError):
         rows.values = None  # type: ignore[misc]
+
+
+def settable(array: np.ndarray) -> bool:
+    """Whether the flag of an array, or of an array whose memory it shows, can be set back."""
+    at: Any = array
+    while isinstance(at, np.ndarray):
+        if at.size == 0:
+            return False
+        try:
+            at.flags.writeable = True
+            return True
+        except ValueError:
+            at = at.base
+    return False
+
+
+def test_no_array_becomes_writeable_again(cloud: np.ndarray, tmp_path: Any) -> None:
+    tri = septet.Delaunay(np.vstack([cloud, cloud[:3]]))
+    x = cloud[:7] * 0.9
+    cells = septet.Voronoi(tri, box=(np.zeros(tri.ndim), np.ones(tri.ndim)))
+    run = septet.simulate(cloud, workers=2)
+    square = septet.mesh(([[0, 0], [1, 0], [1, 1], [0, 1]], [[0, 1, 2, 3]]), size=0.5)
+    box = septet.Delaunay(cloud, period=1, weights=np.zeros(len(cloud)))
+    tri.write(tmp_path / "tri.vtu")
+    made = [*arrays_of(tri).values(), tri.coplanar, tri.find_simplex(x), tri.nearest_vertex(x), *tri.barycentric(x)]
+    made += [*tri.weights(x), tri.interpolate(cells.volumes, x), tri.gradients(cells.volumes), *tri.alpha_filtration()]
+    made += [*tri.alpha_shape(0.1)[:3], cells.volumes, cells.centroids, cells.vertices, cells.ridge_points]
+    made += [cells.regions.values, cells.regions.offsets, cells.regions[3], cells.regions[2:9].values, cells.point_region]
+    made += [run.rounds, run.levels, box.offsets, box.hidden, septet.Voronoi(box).regions.values]
+    made += [square.points, square.cells, square.cell_regions, square.facets, square.facet_markers]
+    made += [*septet.read(tmp_path / "tri.vtu"), septet.verify(cloud, tri.simplices[1:]).simplices]
+    made += [septet.Ragged([0, 2, 3], [5, 6, 7]).values, pickle.loads(pickle.dumps(cells.regions)).values]
+    for i, array in enumerate(array for array in made if not array.dtype.hasobject):
+        assert not array.flags.writeable, i
+        assert not settable(array), i
+
+
+def test_ragged_arrays_are_checked() -> None:
+    offsets, values = np.array([0, 2, 2, 3]), np.array([4, 5, 6])
+    rows = septet.Ragged(offsets, values)
+    values[0] = 9
+    assert rows.tolist() == [[4, 5], [], [6]] and offsets.flags.writeable and values.flags.writeable
+    assert len(septet.Ragged([0], [])) == 0
+    for wrong in ([], [1, 3], [0, 2], [0, 4], [0, 2, 1, 3], [[0, 3]], [-1, 3]):
+        with pytest.raises(ValueError):
+            septet.Ragged(wrong, values)
+    with pytest.raises((TypeError, ValueError)):
+        septet.Ragged([0.0, 3.0], values)
+    with pytest.raises((TypeError, ValueError)):
+        septet.Ragged([0, 3], ["a", "b", "c"])
+    with pytest.raises(ValueError):
+        septet.Ragged([0, 3], [[1, 2, 3]])
+    with pytest.raises(AttributeError):
+        rows.__init__([0, 1], [1])  # type: ignore[misc]
+
+
+def test_negative_zeros_stay(ndim: int) -> None:
+    points = np.eye(ndim + 1, ndim) * 2 - 0.0
+    points[points == 0] = -0.0
+    points = np.vstack([points, np.full(ndim, np.nan), np.full(ndim, 1e300)])
+    points[-1, 0] = np.inf
+    for options in ({}, {"weights": np.zeros(len(points))}):
+        tri = septet.Delaunay(points, on_invalid="skip", **options)  # type: ignore[arg-type]
+        copy = pickle.loads(pickle.dumps(tri))
+        for kept in (tri.points, copy.points):
+            assert np.array_equal(kept, points, equal_nan=True)
+            assert (np.signbit(kept[:-2]) == np.signbit(points[:-2])).all()

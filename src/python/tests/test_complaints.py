@@ -185,6 +185,9 @@ def test_complaint_19_meaning_of_results_is_documented() -> None:
     assert tri.find_simplex([0, 0]) == 0 and (tri.neighbors == -1).all()
 
 
-def test_complaint_20_periodic_boxes_have_no_keyword_yet() -> None:
+def test_complaint_20_periodic_boxes(cloud: np.ndarray) -> None:
     for of in (septet.Delaunay, septet.Voronoi, septet.simulate):
-        assert "periodic" not in inspect.signature(of).parameters
+        assert {"weights", "period", "origin"} <= set(inspect.signature(of).parameters)
+    tri = septet.Delaunay(cloud, period=1)
+    assert septet.verify(cloud, tri.simplices, period=1, offsets=tri.offsets).ok
+    assert abs(septet.Voronoi(tri).volumes.sum() - 1) < 1e-12

@@ -103,3 +103,28 @@ def test_tampered_pickles_are_refused(cloud: np.ndarray, change: Any) -> None:
     assert (tampered(tri, lambda points, rows: None).simplices == tri.simplices).all()
     with pytest.raises((septet.Error, ValueError, TypeError)):
         tampered(tri, change)
+
+
+def test_meshes(tmp_path: Any) -> None:
+    square = ([[0, 0], [1, 0], [1, 1], [0, 1]], [[0, 1, 2, 3]])
+    mesh = septet.mesh(square, size=0.3)
+    same = pickle.loads(pickle.dumps(mesh))
+    for name in ("points", "cells", "cell_regions", "facets", "facet_markers"):
+        ours, theirs = getattr(mesh, name), getattr(same, name)
+        assert (ours == theirs).all() and ours.dtype == theirs.dtype, name
+    assert same.quality == mesh.quality and copy.deepcopy(mesh) is mesh and copy.copy(mesh) is mesh
+    for i, each in enumerate((mesh, same)):
+        each.write(tmp_path / f"{i}.vtu")
+    assert (tmp_path / "0.vtu").read_bytes() == (tmp_path / "1.vtu").read_bytes()
+    rebuild, (ndim, first, quality, arrays) = mesh.__reduce__()
+    short = [array[:-1] for array in arrays]
+    far = [np.array(array) for array in arrays]
+    far[1][3] = 10**6
+    nan = [np.array(array) for array in arrays]
+    nan[0][3] = np.nan
+    wrong: Any
+    for wrong in ((3, first, quality, arrays), (7, first, quality, arrays), (ndim, first, "no", arrays), (ndim, first, 3, arrays),
+                  (ndim, first, quality, arrays[:-1]), (ndim, first, quality, short), (ndim, first, quality, far),
+                  (ndim, first, quality, nan), (ndim, first, quality, [array.astype("f4") for array in arrays])):
+        with pytest.raises((septet.InputError, septet.OptionError)):
+            rebuild(*wrong)

@@ -22,6 +22,10 @@ simplices: septet.Ids = tri.find_simplex([0.5, 0.5])
 weights: septet.Weights = tri.weights([[0.5, 0.5]], "sibson")
 volume: float = tri.alpha_shape(1.0).volume
 row: list[list[int]] = septet.Voronoi(tri, box=([0, 0], [1, 1])).regions.tolist()
+box = septet.Delaunay(tri.points, weights=[1.0] * 3, period=[1.0, None], origin=(0, 0), wrap=True)
+hidden: septet.Ids = box.hidden
+sheets: tuple[int, ...] | None = box.sheets
+cells: septet.Floats = septet.Voronoi(tri.points, period=2).volumes
 ok: bool = septet.verify(tri.points, tri.simplices).ok
 run: septet.Run = septet.simulate(tri.points, workers="leaves")
 made: septet.Mesh = septet.mesh("part.poly", size=0.5)
@@ -31,7 +35,7 @@ except septet.InputError as error:
     line: int | None = error.line
 '''
 # Types of arguments and results, which are no classes.
-TYPES = ("Floats", "Ids", "Method", "Progress")
+TYPES = ("Floats", "Ids", "Method", "Period", "Progress")
 WRONG = '''
 import septet
 
@@ -67,12 +71,14 @@ def test_names_are_those_of_the_stub() -> None:
     assert septet.Delaunay.__module__ == septet.Voronoi.__module__ == septet.PointError.__module__ == "septet"
 
 
-@pytest.mark.parametrize("name", ["Delaunay", "Voronoi", "Ragged", "Run", "mesh", "verify"])
+@pytest.mark.parametrize("name", ["Delaunay", "Queries", "Voronoi", "Ragged", "Run", "mesh", "verify"])
 def test_examples_run(name: str) -> None:
+    # Delaunay inherits the methods that take queries.
+    of = septet.Delaunay.__mro__[1] if name == "Queries" else getattr(septet, name)
     runner = doctest.DocTestRunner(optionflags=doctest.NORMALIZE_WHITESPACE)
     finder = doctest.DocTestFinder(exclude_empty=True)
     # The module `False` stands for any: the functions of a class are in a file of their own.
-    for example in finder.find(getattr(septet, name), name, module=False, globs={}):  # type: ignore[arg-type]
+    for example in finder.find(of, name, module=False, globs={}):  # type: ignore[arg-type]
         runner.run(example)
     assert runner.failures == 0 and runner.tries > 0
 

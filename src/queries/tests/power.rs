@@ -5,7 +5,7 @@ use septet_geometry::site::Weighted;
 use septet_meshing::space::Space;
 
 use super::{Draw, both, made, run};
-use crate::power::{Region, power_cells, power_volumes};
+use crate::power::{Region, power_cells, power_centroids, power_volumes};
 use crate::{Dimension, QueryError, clip};
 
 /// A dimension with all that a test needs.
@@ -147,4 +147,35 @@ fn voronoi_cells<P: Both>() {
     assert!(matches!(power_volumes(&sites, &run(&points, 1), other), Err(QueryError::OutsideBox { .. })));
     let given = power_volumes(&sites[1..], &run(&points, 1), region);
     assert_eq!(given, Err(QueryError::OtherPoints { given: 499, run: 500 }));
+}
+
+both!(centroids_in_the_plane, centroids_in_space, centroids);
+
+/// The moments of the cells add up to that of the box.
+fn centroids<P: Both>() {
+    let mut draw = Draw(67);
+    for (n, largest) in [(30, 0.0), (60, 0.1)] {
+        let sites = sites::<P>(&mut draw, n, largest);
+        let run = P::weighted(&sites, &Spec::default());
+        let region = Region::of_box(P::splat(-0.5), P::splat(1.25));
+        let volumes = power_volumes(&sites, &run, region).unwrap();
+        let centroids = power_centroids(&sites, &run, region).unwrap();
+        let whole = 1.75f64.powi(P::DIM as i32);
+        for axis in 0..P::DIM {
+            let moments = volumes.iter().zip(&centroids).filter(|(volume, _)| **volume > 0.0);
+            let sum: f64 = moments.map(|(volume, centroid)| volume * centroid.coord(axis)).sum();
+            assert!((sum / whole - 0.375).abs() < 1e-12, "{sum}");
+        }
+        let hidden = &run.left_out.hidden;
+        assert!(hidden.iter().all(|&site| centroids[site as usize].coord(0).is_nan()));
+        let t =
+            crate::Tessellation::regular(&sites.iter().map(|site| site.position()).collect::<Vec<P>>(), &run);
+        let t = t.unwrap();
+        for cell in t.cells() {
+            assert!(cell.as_ref().iter().all(|&v| !hidden.contains(&u64::from(v))));
+        }
+        let all: Vec<P> = t.points();
+        assert!(t.locate(&all).iter().all(|&cell| cell != crate::NONE));
+        assert!(largest == 0.0 || crate::Tessellation::new(&all, &run).is_err());
+    }
 }

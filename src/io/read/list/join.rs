@@ -205,6 +205,7 @@ fn append(
             None => index.extend(before..before + added as u64),
         }
     }
+    all.rounded += file.rounded;
     all.skipped += file.skipped;
     all.first_id = all.first_id.min(file.first_id);
     Ok(())
