@@ -102,7 +102,7 @@ impl Folded {
     }
 }
 
-/// Returns the cell across the facet opposite each vertex, or [`NONE`] if there is none. Facets are equal if a translation moves one to
+/// Returns the cell across the facet opposite each vertex, or [`NONE`] on the hull. Facets are equal if a translation moves one to
 /// the other: their vertices are sorted, which no translation changes, and then the first one has the offset 0. Facets are sorted by
 /// buckets, one for each smallest row.
 fn neighbours((cells, offsets): (&[u32], &[i32]), columns: usize, rows: usize) -> Vec<u32> {
@@ -144,8 +144,8 @@ fn neighbours((cells, offsets): (&[u32], &[i32]), columns: usize, rows: usize) -
     across
 }
 
-/// Returns the facet opposite a vertex of a cell, moved so that its first vertex has the offset 0. In the plane, the last vertex is
-/// no vertex.
+/// Returns the facet opposite a vertex of a cell, moved so that its first vertex has the offset 0. In the plane, the last entry is
+/// unused.
 fn facet((cells, offsets): (&[u32], &[i32]), columns: usize, slot: usize) -> [Vertex; 3] {
     let first = slot - slot % (columns + 1);
     let mut facet = [(NONE, [0; 3]); 3];

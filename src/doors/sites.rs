@@ -5,7 +5,7 @@ use septet_core::spec::Periodic;
 
 use crate::failure::Failure;
 
-/// What points have besides coordinates.
+/// The weights and the periodic box of points.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Sites {
     /// The weight of each point, which is a squared length. The triangulation is then the regular one.

@@ -227,7 +227,7 @@ impl Triangulated {
         self.run.as_deref().filter(|_| !self.sites.are_plain())
     }
 
-    /// Returns the points that weights hide, ascending: they are no vertices.
+    /// Returns the points that weights hide, ascending. They are not vertices.
     pub fn hidden(&self) -> &[u32] {
         &self.hidden
     }

@@ -19,7 +19,7 @@ pub type Corners<'a> = (&'a [f64], &'a [f64]);
 pub struct PowerCells {
     /// The corners of all cells, one cell after the other: as many coordinates each as a point has.
     pub corners: Vec<f64>,
-    /// The corners of the cell of each point: in the plane counter-clockwise. A point that is no vertex has none.
+    /// The corners of the cell of each point: in the plane counter-clockwise. A point that is not a vertex has no corners.
     pub cells: Ragged,
 }
 
@@ -96,8 +96,8 @@ impl Triangulated {
     /// box, are power cells. Those in a periodic box add up to it.
     ///
     /// # Errors
-    /// Fails if the points do not span the space, if the box is empty, if a vertex lies outside of it, if points with weights have no
-    /// box, if a periodic box has one that it does not need, or if the call is cancelled.
+    /// Fails if the points do not span the space, or if the call is cancelled. Fails if the box is empty, if a vertex lies outside of
+    /// it, if points with weights have no box, or if points in a periodic box have another one.
     pub fn voronoi_volumes(&self, within: Option<Corners<'_>>, call: &Call) -> Result<Vec<f64>, Failure> {
         if !self.sites().are_plain() {
             return power!(self, within, call, |sites, run, region| power_volumes(sites, run, region));

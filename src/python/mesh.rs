@@ -363,7 +363,7 @@ impl Meshed {
             return Some("a point is not finite");
         }
         if cells.iter().chain(&faces.vertices).chain(&edges.vertices).any(|&v| v >= n as u64) {
-            return Some("a vertex is no point");
+            return Some("a vertex is not the number of a point");
         }
         // A list that meshes of such a domain do not have is empty.
         let fits = |length: usize, rows: usize| length == rows || length == 0;
@@ -378,7 +378,7 @@ impl Meshed {
         }
         let is_object =
             serde_json::from_str::<serde_json::Value>(quality).is_ok_and(|value| value.is_object());
-        (!is_object).then_some("its quality is no JSON object")
+        (!is_object).then_some("its quality is not a JSON object")
     }
 }
 

@@ -253,7 +253,7 @@ def read_run(path: "str | os.PathLike[str]") -> Run:
 def _fault_of(report: Any) -> Optional[str]:
     """Returns what a report of a run must have and this one has not."""
     if not isinstance(report, dict):
-        return "it is no JSON object"
+        return "it is not a JSON object"
     for name, kind in (("machine", dict), ("points", dict), ("phases", list), ("rounds", list)):
         if not isinstance(report.get(name), kind):
             return f"it has no {name}"
@@ -283,7 +283,7 @@ def _restored(text: str, delaunay: Optional[Delaunay]) -> Run:
 
 def _claim(claim: str) -> Tuple[str, List[str], List[float]]:
     """Splits a claim into its name, its words and its numbers."""
-    wrong = OptionError(f"{claim!r} is no claim; write it as 'levels(1.5, -5.0)', see help(septet.Run.check)")
+    wrong = OptionError(f"the claim {claim!r} is unknown; write it as 'levels(1.5, -5.0)', see help(septet.Run.check)")
     try:
         call = ast.parse(claim.strip(), mode="eval").body
         if not isinstance(call, ast.Call) or not isinstance(call.func, ast.Name) or call.keywords:
