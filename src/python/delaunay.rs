@@ -95,7 +95,13 @@ pub fn sites_of((weights, lattice): &Given<'_>) -> PyResult<Sites> {
 /// Returns the method of a name.
 fn method_of(py: Python<'_>, name: &str) -> PyResult<Method> {
     let found = Method::ALL.into_iter().find(|method| method.name() == name);
-    found.ok_or_else(|| errors::plain(py, "OptionError", &format!("the method {name} is unknown; pass linear, sibson or laplace")))
+    found.ok_or_else(|| {
+        errors::plain(
+            py,
+            "OptionError",
+            &format!("the method {name} is unknown; pass linear, sibson or laplace"),
+        )
+    })
 }
 
 #[pymethods]

@@ -130,7 +130,8 @@ impl Machine {
             ("bytes", 1, &[factor]) => bytes(line, phase, factor),
             ("depth_of_levels", 1, &[most]) => depth_of_levels(line, phase, most as u64),
             _ => {
-                let message = format!("the claim {name} with these arguments is unknown; see help(septet.Run.check)");
+                let message =
+                    format!("the claim {name} with these arguments is unknown; see help(septet.Run.check)");
                 return Err(errors::plain(py, "OptionError", &message));
             }
         };
