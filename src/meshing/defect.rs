@@ -209,7 +209,7 @@ impl Defect {
             Defect::Degenerate { .. } => "degenerate element",
             Defect::NotPlanar { .. } => "facet not planar",
             Defect::FacetHole { .. } => "misplaced hole point of a facet",
-            Defect::Doubled { .. } => "doubled element",
+            Defect::Doubled { .. } => "overlap",
             Defect::Intersect { .. } => "intersection",
             Defect::OpenEdge { .. } => "open edge",
             Defect::NonManifoldEdge { .. } => "edge not manifold",

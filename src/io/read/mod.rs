@@ -50,7 +50,7 @@ mod weights;
 pub use apart::apart;
 pub use cells::{CellFile, CellOptions};
 pub use dispatch::{read, read_cells, read_cells_from, read_from, read_mesh};
-pub use domain::{AnyInput, DomainFile};
+pub use domain::{AnyInput, DomainFile, read_domains};
 pub use domain_file::read_domain;
 pub use error::{InputError, Place, WeightError, WeightFault};
 pub use list::{EntryFault, FileList, ListError, PointList, read_list};
