@@ -49,6 +49,7 @@ pub use solids::Solids;
 #[non_exhaustive]
 pub struct Tolerance {
     /// Whether equal points, facets that are not exactly planar, and edges or vertices that are not manifold are defects.
+    /// Then nothing is welded or repaired.
     pub strict: bool,
     /// The distance within which points are joined, in the unit of the file.
     pub weld: Option<f64>,

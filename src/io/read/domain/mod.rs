@@ -4,10 +4,8 @@
 
 mod any;
 pub mod poly;
-mod several;
 pub mod surface;
 #[cfg(test)]
 mod tests;
 
 pub use any::{AnyInput, DomainFile};
-pub use several::read_domains;

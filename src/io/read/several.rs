@@ -5,10 +5,10 @@ use std::path::{Path, PathBuf};
 use glam::DVec3;
 use septet_meshing::input::{DomainKind, Input, Solid};
 
-use super::super::domain_file::read_domain;
-use super::super::error::{InputError, Place};
-use super::super::points::ReadProgress;
-use super::any::{AnyInput, DomainFile};
+use super::domain::{AnyInput, DomainFile};
+use super::domain_file::read_domain;
+use super::error::{InputError, Place};
+use super::points::ReadProgress;
 
 /// Reads the domain of one file, or of several closed surfaces, each of which is a solid ([`Input::solids`]). The points
 /// and facets of the files are numbered one after another, from the first id of the first file.
@@ -19,31 +19,24 @@ pub fn read_domains(paths: &[PathBuf], progress: &mut ReadProgress<'_>) -> Resul
     let Some((first, others)) = paths.split_first() else {
         return read_domain(Path::new(""), progress);
     };
-    let mut all = read_domain(first, progress)?;
+    let DomainFile { input, notes, first_id } = read_domain(first, progress)?;
     if others.is_empty() {
-        return Ok(all);
+        return Ok(DomainFile { input, notes, first_id });
     }
+    let said = |path: &Path, notes: Vec<String>| -> Vec<String> {
+        notes.into_iter().map(|note| format!("{}: {note}", path.display())).collect()
+    };
     let mut joined = Input::new(DomainKind::Surface, Vec::new());
-    let mut notes = Vec::new();
-    for (path, file) in std::iter::once((first, Ok(None)))
-        .chain(others.iter().map(|path| (path, read_domain(path, progress).map(Some))))
-    {
-        let file = file?;
-        let (input, said) = match file {
-            None => (
-                std::mem::replace(&mut all.input, AnyInput::Space(Input::new(DomainKind::Surface, vec![]))),
-                std::mem::take(&mut all.notes),
-            ),
-            Some(file) => (file.input, file.notes),
-        };
-        notes.extend(said.into_iter().map(|note| format!("{}: {note}", path.display())));
-        let from = (joined.points.len() as u64 + all.first_id, joined.facets.len() as u64 + all.first_id);
-        append(&mut joined, input, path)?;
-        if from.1 > all.first_id {
-            notes.push(format!("{}: points count from {}, facets from {}", path.display(), from.0, from.1));
-        }
+    let mut all = said(first, notes);
+    append(&mut joined, input, first)?;
+    for path in others {
+        let [points, facets] = [joined.points.len(), joined.facets.len()].map(|n| n as u64 + first_id);
+        let file = read_domain(path, progress)?;
+        all.extend(said(path, file.notes));
+        all.push(format!("{}: points count from {points}, facets from {facets}", path.display()));
+        append(&mut joined, file.input, path)?;
     }
-    Ok(DomainFile { input: AnyInput::Space(joined), notes, first_id: all.first_id })
+    Ok(DomainFile { input: AnyInput::Space(joined), notes: all, first_id })
 }
 
 /// Appends a surface. A file of several solids keeps them.
