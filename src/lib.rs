@@ -248,8 +248,10 @@ pub mod mesh {
     #[doc(inline)]
     pub use septet_core::mesh::{
         Boundary, Dimension, Made, MakeError, MeshError, MeshSpec, Promise, SingularityRequest,
-        SingularityShape, Sizes, check, make,
+        SingularityShape, Sizes, accept, check, make,
     };
+    #[doc(inline)]
+    pub use septet_meshing::Accepted;
     #[doc(inline)]
     pub use septet_meshing::conformity::{Conformity, MeshDefect};
     #[doc(inline)]
@@ -262,6 +264,8 @@ pub mod mesh {
     pub use septet_meshing::mesh::{Carrier, Edge, Face, Mesh, OUTSIDE, StageLine};
     #[doc(inline)]
     pub use septet_meshing::quality::Quality;
+    #[doc(inline)]
+    pub use septet_meshing::repair::{Change, Tolerance};
 
     /// Makes a mesh, as [`make`] does, of a domain whose input has already been checked.
     ///

@@ -68,6 +68,9 @@ mod queries;
 #[path = "cli/raw.rs"]
 mod raw;
 
+#[path = "cli/repair.rs"]
+mod repair;
+
 #[path = "cli/report.rs"]
 mod report;
 

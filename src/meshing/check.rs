@@ -12,34 +12,135 @@
 use septet_geometry::range::scale;
 
 use crate::contact::contacts;
-use crate::defect::{Defect, Element, Misplaced};
+use crate::defect::{At, Defect, Element, Misplaced};
 use crate::domain::{Component, Domain};
 use crate::facet::Triangulate;
 use crate::input::{DomainKind, Input};
 use crate::manifold::manifold;
+use crate::repair::{Change, Prepared, Repair, Solids, Tolerance, prepare};
 use crate::resolve::{Simplices, resolve};
 use crate::sides::{Location, Sides};
+use crate::space::Space;
 
-/// Checks an input and prepares its domain for meshing.
+/// A domain, and what was done to the input.
+#[derive(Clone, Debug)]
+#[non_exhaustive]
+pub struct Accepted<P: Space> {
+    /// The domain.
+    pub domain: Domain<P>,
+    /// What was done, and what strict rules would have refused.
+    pub changes: Vec<Change>,
+}
+
+/// Checks an input exactly, and prepares its domain for meshing.
 ///
 /// # Errors
 /// Returns all defects, in an order that depends only on the input. The list is not empty.
 pub fn check<P: Triangulate>(input: &Input<P>) -> Result<Domain<P>, Vec<Defect>> {
+    let (simplices, defects) = complex(input)?;
+    if !defects.is_empty() {
+        return Err(defects);
+    }
+    domain(input, simplices, None)
+}
+
+/// Prepares an input ([`crate::repair`]), checks it, and prepares its domain for meshing. Equal points, and edges and
+/// vertices that are not manifold, are no defects unless the tolerance is strict.
+///
+/// # Errors
+/// Returns all defects that are left, in an order that depends only on the input. The list is not empty.
+pub fn accept<P: Repair>(input: &Input<P>, tolerance: &Tolerance) -> Result<Accepted<P>, Vec<Defect>> {
+    if tolerance.strict {
+        return check(input).map(|domain| Accepted { domain, changes: Vec::new() });
+    }
+    let mut prepared = prepare(input, tolerance);
+    let checked = complex(&prepared.input).and_then(|(simplices, defects)| {
+        let (accepted, defects): (Vec<_>, Vec<_>) =
+            defects.into_iter().partition(|d| is_accepted(d, &prepared));
+        prepared.changes.extend(welded(&accepted));
+        prepared.changes.extend(not_manifold(&accepted).filter(|_| prepared.solids.is_none()));
+        if !defects.is_empty() {
+            return Err(defects);
+        }
+        let mut domain = domain(&prepared.input, simplices, prepared.solids.as_ref())?;
+        domain.manifold &= prepared.solids.is_none() && not_manifold(&accepted).is_none();
+        Ok(domain)
+    });
+    let mut domain = checked.map_err(|defects| -> Vec<Defect> {
+        defects.into_iter().map(|defect| prepared.in_file(defect)).collect()
+    })?;
+    let Prepared { origin, changes, .. } = prepared;
+    if P::DIM == 3 {
+        domain.simplices.owner.iter_mut().for_each(|f| *f = origin[*f as usize]);
+        for facet in &mut domain.facets {
+            facet.of.iter_mut().for_each(|f| *f = origin[*f as usize]);
+            facet.of.dedup();
+        }
+    }
+    Ok(Accepted { domain, changes })
+}
+
+/// Returns `true` for a defect that only strict rules refuse.
+fn is_accepted<P>(defect: &Defect, prepared: &Prepared<P>) -> bool {
+    match defect {
+        Defect::Duplicate { .. } | Defect::NonManifoldVertex { .. } => true,
+        Defect::NonManifoldEdge { facets, .. } => facets.len().is_multiple_of(2) || prepared.solids.is_some(),
+        _ => false,
+    }
+}
+
+/// Sums up the points with equal coordinates.
+fn welded(accepted: &[Defect]) -> Option<Change> {
+    let groups = accepted.iter().filter_map(|defect| match defect {
+        Defect::Duplicate { points, at } => Some((points.len() as u64 - 1, at)),
+        _ => None,
+    });
+    let all: Vec<(u64, &At)> = groups.collect();
+    let at = all.first()?.1.clone();
+    Some(Change::Welded { places: all.len() as u64, points: all.iter().map(|g| g.0).sum(), at })
+}
+
+/// Sums up the edges and vertices that are not manifold.
+fn not_manifold(accepted: &[Defect]) -> Option<Change> {
+    let places = accepted.iter().filter_map(|defect| match defect {
+        Defect::NonManifoldEdge { at, .. } => Some(([1, 0], at)),
+        Defect::NonManifoldVertex { at, .. } => Some(([0, 1], at)),
+        _ => None,
+    });
+    let all: Vec<([u64; 2], &At)> = places.collect();
+    let at = all.first()?.1.clone();
+    let [edges, vertices] = [0, 1].map(|i| all.iter().map(|p| p.0[i]).sum());
+    Some(Change::NotManifold { edges, vertices, at })
+}
+
+/// Returns the simplices of an input, and the defects of its elements and contacts.
+fn complex<P: Triangulate>(input: &Input<P>) -> Result<(Simplices<P>, Vec<Defect>), Vec<Defect>> {
     let (simplices, mut defects) = resolve(input);
     let Some(simplices) = simplices else { return Err(defects) };
     defects.extend(contacts(&simplices));
     if input.kind == DomainKind::Surface {
         defects.extend(manifold(input, &simplices));
     }
-    if !defects.is_empty() {
-        return Err(defects);
-    }
+    Ok((simplices, defects))
+}
+
+/// Finds the components, and builds the domain of a complex without defects.
+fn domain<P: Triangulate>(
+    input: &Input<P>,
+    simplices: Simplices<P>,
+    solids: Option<&Solids>,
+) -> Result<Domain<P>, Vec<Defect>> {
     let sides = Sides::new(&simplices).map_err(|undecided| {
         let at = simplices.place(simplices.walls[undecided.0 as usize].as_ref()[0]);
         vec![Defect::TooThin { element: simplices.element(undecided.0), at }]
     })?;
-    let components = components(input, &simplices, &sides)?;
-    Ok(Domain::new(input, simplices, sides, components))
+    let mut components = components(input, &simplices, &sides)?;
+    let regions = solids.map(|solids| solids.classify(&simplices, &sides, &mut components));
+    let mut domain = Domain::new(input, simplices, sides, components);
+    if let Some(regions) = regions {
+        domain.regions = regions;
+    }
+    Ok(domain)
 }
 
 /// Classifies every component as outside, hole, or part of the domain, and finds its region.

@@ -6,10 +6,12 @@
 //! | | complex | surface |
 //! | --- | --- | --- |
 //! | edge of one facet, dangling facet or segment | legal | [`OpenEdge`](Defect::OpenEdge) |
-//! | edge of three or more facets, several fans at a vertex | legal | not manifold |
+//! | edge of three or more facets, several fans at a vertex | legal | not manifold; [`accept`](crate::accept()) refuses only odd numbers |
 //! | vertex on a segment or in a facet of others | legal, they are divided | [`Intersect`](Defect::Intersect) |
 //! | nothing is enclosed | [`Unclosed`](Defect::Unclosed) | follows from the open edges |
 //! | everything else below | defect | defect |
+//!
+//! Equal points are a defect of [`check`](crate::check()), and none of [`accept`](crate::accept()).
 
 use std::fmt;
 
@@ -209,7 +211,7 @@ impl Defect {
             Defect::Degenerate { .. } => "degenerate element",
             Defect::NotPlanar { .. } => "facet not planar",
             Defect::FacetHole { .. } => "misplaced hole point of a facet",
-            Defect::Doubled { .. } => "doubled element",
+            Defect::Doubled { .. } => "overlap",
             Defect::Intersect { .. } => "intersection",
             Defect::OpenEdge { .. } => "open edge",
             Defect::NonManifoldEdge { .. } => "edge not manifold",

@@ -103,6 +103,8 @@ pub struct Domain<P: Space> {
     pub regions: Vec<Region<P>>,
     /// Input elements that lie outside the domain or in its holes.
     pub left_out: Vec<Element>,
+    /// Whether it is a surface whose edges have two triangles each, and whose vertices have one fan each.
+    pub manifold: bool,
 }
 
 impl<P: Space> Domain<P> {
@@ -116,8 +118,19 @@ impl<P: Space> Domain<P> {
         let regions = input.regions.clone();
         let (corners, segments, facets, left_out) = (vec![], vec![], vec![], vec![]);
         let kind = input.kind;
-        let mut domain =
-            Domain { kind, simplices, sides, components, corners, segments, facets, regions, left_out };
+        let manifold = kind == DomainKind::Surface;
+        let mut domain = Domain {
+            kind,
+            simplices,
+            sides,
+            components,
+            corners,
+            segments,
+            facets,
+            regions,
+            left_out,
+            manifold,
+        };
         let live: Vec<bool> = (0..domain.walls().len() as u32).map(|w| domain.bounds_inside(w)).collect();
         let edges = wall_edges::<P>(domain.walls());
         let groups = domain.groups(&edges, &live, input);
@@ -273,7 +286,8 @@ impl<P: Space> Domain<P> {
                     corners.extend(wall.as_ref());
                 }
             }
-            let alone = (0..self.points().len() as u32).filter(|v| !met.contains(v));
+            let is_first = |&v: &u32| self.simplices.same[v as usize] == v;
+            let alone = (0..self.points().len() as u32).filter(|v| !met.contains(v)).filter(is_first);
             corners.extend(alone.filter(|&v| self.is_inside(self.points()[v as usize])));
         }
         self.corners = corners.into_iter().collect();

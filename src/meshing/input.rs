@@ -46,6 +46,15 @@ pub struct Region<P> {
     pub limit: Option<f64>,
 }
 
+/// A solid of a surface: a run of its facets, with a name.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Solid {
+    /// The name in the file, or the name of the file.
+    pub name: String,
+    /// The position after its last facet. Its first facet follows the last one of the solid before.
+    pub end: u32,
+}
+
 /// The description of a domain, as it was read.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Input<P> {
@@ -63,6 +72,8 @@ pub struct Input<P> {
     pub holes: Vec<P>,
     /// Regions.
     pub regions: Vec<Region<P>>,
+    /// The solids of a surface, in the order of their facets. Empty if there is only one.
+    pub solids: Vec<Solid>,
 }
 
 impl<P: Point> Input<P> {
@@ -76,6 +87,7 @@ impl<P: Point> Input<P> {
             facets: Vec::new(),
             holes: Vec::new(),
             regions: Vec::new(),
+            solids: Vec::new(),
         }
     }
 

@@ -58,9 +58,11 @@ pub mod improve;
 
 pub mod quality;
 
+pub mod repair;
+
 mod check;
 
 #[cfg(test)]
 mod tests;
 
-pub use check::check;
+pub use check::{Accepted, accept, check};

@@ -7,7 +7,7 @@ use numpy::{PyReadonlyArray1, PyReadonlyArray2, PyUntypedArrayMethods};
 use pyo3::prelude::*;
 use septet_core::mesh::field::SizeField;
 use septet_core::mesh::labelled::Labelled;
-use septet_core::mesh::{Dimension, MESH_OPTIONS, MakeError, MeshError, MeshKeep, MeshSpec, check, make_of};
+use septet_core::mesh::{Dimension, MESH_OPTIONS, MakeError, MeshError, MeshKeep, MeshSpec, accept, make_of};
 use septet_core::model::{Labels, MeshView, Patches};
 use septet_core::spec::row;
 use septet_core::{Door, Remedy};
@@ -127,12 +127,13 @@ fn meshed<P: Dimension>(
     (request, first_id): (&MeshSpec, u64),
     watch: &Watch,
 ) -> Result<Meshed, NoMesh> {
-    let domain = check(input).map_err(|defects| {
+    let accepted = accept(input, request).map_err(|defects| {
         let defects: Vec<String> =
             defects.iter().map(|defect| format!("{}: {}", defect.kind(), defect.in_file(first_id))).collect();
         let first = defects.first().cloned().unwrap_or_default();
         NoMesh::Domain(format!("the domain has {} defects; the first is {first}", defects.len()), defects)
     })?;
+    let domain = accepted.domain;
     note(watch, 1);
     let named = |feature| feature_name(&domain, feature, first_id);
     let made = make_of(&domain, request, MeshKeep::default()).map_err(|error| refused(error, named))?;

@@ -21,7 +21,7 @@ fn files(directory: &str) -> Vec<PathBuf> {
 
 /// Returns the exit code and the messages for a domain.
 fn check(path: &Path) -> (i32, String) {
-    let output = Place::new().run(&format!("mesh {} --check", path.display()));
+    let output = Place::new().run(&format!("mesh {} --check --strict", path.display()));
     assert!(output.stdout.is_empty());
     (code(&output), stderr(&output))
 }

@@ -7,11 +7,14 @@ use std::path::{Path, PathBuf};
 use std::time::Instant;
 
 use crate::mesh::show::{figures, summary};
+use septet_core::Door;
 use septet_core::mesh::labelled::Labelled;
 use septet_core::mesh::view::{DEFAULT_CELLS, MeshPicture};
-use septet_core::mesh::{Dimension, Made, MakeError, MeshError, MeshKeep, MeshSpec, Promise, check, make_of};
+use septet_core::mesh::{
+    Dimension, Made, MakeError, MeshError, MeshKeep, MeshSpec, Promise, accept, make_of, remedy,
+};
 use septet_core::run::memory::peak_rss;
-use septet_io::read::{AnyInput, DomainFile, read_domain, read_sizes};
+use septet_io::read::{AnyInput, DomainFile, read_domains, read_sizes};
 use septet_io::without_gz;
 use septet_io::write::{OutputError, WriteOptions, check_dimension, faces_path};
 use septet_io::{Format, Role};
@@ -19,12 +22,14 @@ use septet_lab::report::mesh::tables::TABLES;
 use septet_lab::report::mesh::{
     CheckedMesh, MeshContext, MeshReport, MeshSeconds, feature_name, unscaled_measure,
 };
+use septet_meshing::Accepted;
 use septet_meshing::conformity::Conformity;
 use septet_meshing::defect::Defect;
 use septet_meshing::domain::Domain;
 use septet_meshing::facet::Triangulate;
 use septet_meshing::input::Input;
 use septet_meshing::mesh::Mesh;
+use septet_meshing::repair::Change;
 use septet_meshing::size::SizeError;
 use tracing_subscriber::layer::Identity;
 
@@ -51,14 +56,14 @@ pub fn run(args: &MeshArgs, talk: &Talk) -> Result<(), Failure> {
     let mut request = args.request()?;
     septet_core::cores::limit(request.run.machine.thread_count());
     request.run.control.cancel = Some(talk.cancel.clone());
-    for file in [Some(&args.domain), args.size_field.as_ref()].into_iter().flatten() {
+    for file in std::iter::once(&args.domain).chain(&args.surfaces).chain(&args.size_field) {
         refuse_list(file, "a domain or a file of sizes is one file")?;
     }
     check_trace(&args.tracing)?;
     let tables = Tables::of(args.profile.as_deref(), &TABLES)?;
     outputs(args, &tables)?;
-    let domain = args.domain.clone();
-    let file = watched(talk, move |progress| read_domain(&domain, progress))??;
+    let domains: Vec<PathBuf> = std::iter::once(&args.domain).chain(&args.surfaces).cloned().collect();
+    let file = watched(talk, move |progress| read_domains(&domains, progress))??;
     if let Some(path) = &args.size_field {
         let sizes = path.clone();
         request.sizes.field = Some(watched(talk, move |progress| read_sizes(&sizes, progress))??);
@@ -94,7 +99,7 @@ fn outputs(args: &MeshArgs, tables: &Tables) -> Result<(), Failure> {
     // The points of a .poly file may be in a .node file of the same name.
     let node = without_gz(&args.domain).0.with_extension("node");
     let read = [Some(&args.domain), args.size_field.as_ref(), Some(&node).filter(|n| n.is_file())];
-    let read: Vec<&Path> = read.into_iter().flatten().map(PathBuf::as_path).collect();
+    let read: Vec<&Path> = read.into_iter().flatten().chain(&args.surfaces).map(PathBuf::as_path).collect();
     files::check_as(&read, &args.output, &options, &texts)?;
     args.writing.check(&args.output)
 }
@@ -118,8 +123,11 @@ struct Found<P: Triangulate> {
 impl Job<'_> {
     fn checked<P: Dimension>(&self, file: &DomainFile, input: &Input<P>) -> Result<(), Failure> {
         let (args, talk) = (self.args, self.talk);
-        let domain = match check(input) {
-            Ok(domain) => domain,
+        let domain = match accept(input, &self.request) {
+            Ok(Accepted { domain, changes, .. }) => {
+                self.say(&changes, file.first_id);
+                domain
+            }
             Err(defects) => {
                 for defect in &defects {
                     talk.fault(format!("{}: {}", defect.kind(), defect.in_file(file.first_id)));
@@ -133,6 +141,21 @@ impl Job<'_> {
             return Ok(());
         }
         self.meshed(&domain)
+    }
+
+    /// Prints what was done to the domain.
+    fn say(&self, changes: &[Change], first_id: u64) {
+        let (repairs, notes): (Vec<_>, Vec<_>) = changes.iter().partition(|change| change.is_repair());
+        let shown = if self.args.check { repairs.len() } else { SHOWN };
+        for note in notes {
+            self.talk.note(format!("note: {}", note.in_file(first_id)));
+        }
+        for repair in repairs.iter().take(shown) {
+            self.talk.note(format!("repair: {}", repair.in_file(first_id)));
+        }
+        if repairs.len() > shown {
+            self.talk.note(format!("repair: {} more, which --check lists", repairs.len() - shown));
+        }
     }
 
     fn meshed<P: Dimension>(&self, domain: &Domain<P>) -> Result<(), Failure> {
@@ -295,7 +318,7 @@ impl From<MeshError> for Failure {
             MeshError::Size(SizeError::TooFine(_)) | MeshError::TooMany { .. } | MeshError::Memory { .. } => {
                 Code::Limit
             }
-            MeshError::Dimension { .. } | MeshError::Size(_) => Code::Usage,
+            MeshError::Dimension { .. } | MeshError::Size(_) | MeshError::Unsupported(_) => Code::Usage,
             MeshError::Missing { .. } => Code::Rejected,
             _ => Code::Failed,
         };
@@ -310,8 +333,9 @@ impl From<MeshError> for Failure {
 
 fn refusal(args: &MeshArgs, defects: &[Defect]) -> Failure {
     let number = counted(defects.len() as u64, "defect");
+    let help = remedy(defects).and("; ids are as in the file, and facets are numbered in file order");
     Failure::new(Code::Input, format!("{} has {number}", args.domain.display()))
-        .help("fix the defects listed above; ids are as in the file, and facets are numbered in file order")
+        .help(help.spelled(Door::Shell))
 }
 
 /// Prints the result of `--check` for a valid domain.

@@ -5,7 +5,7 @@ use std::path::PathBuf;
 use clap::{Args, Id};
 use septet_core::mesh::view::MOST_CELLS;
 use septet_core::mesh::{Boundary, MESH_OPTIONS, MeshSpec};
-use septet_core::spec::{Commands, Heading, options_of};
+use septet_core::spec::{Commands, Heading, Row, options_of};
 use septet_io::Role;
 
 use crate::effects::{excludes, needs};
@@ -21,7 +21,8 @@ const SIZE_FIELD: &str = "Sizes at points, in rows of `x y [z] size`";
 /// Returns the options that have no meaning with `--check`.
 fn not_for_checks() -> Vec<Id> {
     let own = ["output", "format", "msh_version", "size_field", "json", "trace", "trace_level", "view"];
-    let of_mesh = MESH_OPTIONS.iter().map(|row| row.key);
+    let is_of_domain = |row: &&Row<MeshSpec>| ["weld", "repair", "strict"].contains(&row.name);
+    let of_mesh = MESH_OPTIONS.iter().filter(|row| !is_of_domain(row)).map(|row| row.key);
     let of_runs = options_of(Commands::MESH).map(|row| row.key);
     own.into_iter().chain(of_mesh).chain(of_runs).map(Id::from).collect()
 }
@@ -38,7 +39,8 @@ Examples:
 `septet mesh --help` lists all options.",
     after_long_help = "\
 A piecewise linear complex (.poly, .smesh) may have internal and dangling segments and facets. A surface (.stl .off \
-.ply .obj) must be closed. It is remeshed, unless --boundary exact keeps its faces.
+.ply .obj) must be closed. It is remeshed, unless --boundary exact keeps its faces. Several surfaces, or the solids of \
+an .stl file, are regions of one domain.
 
 The exit code is 3 if the domain has defects, which are all listed, and 4 if the mesh does not conform to its domain.
 
@@ -48,11 +50,16 @@ Examples:
   septet mesh part.poly --json part.json --view 100000
   septet mesh scan.stl --size 0.5 --max-distance 0.01 -o scan.msh
   septet mesh box.off --boundary exact -o box.vtu
+  septet mesh scan.stl --repair --weld 1e-6 -o scan.vtu
+  septet mesh rock.stl ore.stl -o deposit.vtu
   septet mesh part.poly --size-field sizes.csv --min-size 0.01 -o part.1.ele"
 )]
 pub struct MeshArgs {
     #[arg(help = format!("Domain: {}", Role::Domain.known()))]
     pub domain: PathBuf,
+    /// Further closed surfaces: each file is a region of one domain
+    #[arg(value_name = "SURFACE")]
+    pub surfaces: Vec<PathBuf>,
     /// Check the domain only
     #[arg(long, conflicts_with_all = not_for_checks(), help_heading = INPUT)]
     pub check: bool,
@@ -101,6 +108,8 @@ impl MeshArgs {
         let given = self.mesh.options();
         needs("--singularity", given.has("singularity"), "--min-size", given.has("min-size"))?;
         excludes("--lipschitz", given.has("lipschitz"), "--radius-edge", given.has("radius-edge"))?;
+        excludes("--strict", given.has("strict"), "--weld", given.has("weld"))?;
+        excludes("--strict", given.has("strict"), "--repair", given.has("repair"))?;
         let mesh = given.spec()?;
         if let (Some(size), Some(least)) = (mesh.sizes.most, mesh.sizes.least)
             && least > size

@@ -38,7 +38,7 @@ use crate::spec::{Machine, Spec};
 pub use error::MeshError;
 use machine::{AllCores, CountedMachine};
 pub use options::MESH_OPTIONS;
-pub use pipeline::{Dimension, Made, MakeError, MeshKeep, check, make, make_of};
+pub use pipeline::{Dimension, Made, MakeError, MeshKeep, accept, check, make, make_of, remedy};
 pub use request::{
     Boundary, DEFAULT_FEATURE_ANGLE, DEFAULT_LIPSCHITZ, MeshSpec, SingularityRequest, SingularityShape, Sizes,
 };
@@ -47,12 +47,11 @@ use run_log::RunLog;
 /// Compares a mesh with its domain. The request selects whether the boundary is exact or remeshed.
 pub fn conform<P: Triangulate>(domain: &Domain<P>, mesh: &Mesh<P>, request: &MeshSpec) -> Conformity {
     let _span = stage_span(request.run.machine.name(), "conformity");
-    match request.boundary_of(domain.kind) {
-        Boundary::Exact => conformity::check(domain, mesh),
-        Boundary::Remesh => {
-            let follow = Follow { feature_angle: request.feature_angle, distance: request.max_distance };
-            conformity::check_remeshed(domain, mesh, &follow)
-        }
+    if request.remeshes(domain) {
+        let follow = Follow { feature_angle: request.feature_angle, distance: request.max_distance };
+        conformity::check_remeshed(domain, mesh, &follow)
+    } else {
+        conformity::check(domain, mesh)
     }
 }
 

@@ -110,6 +110,33 @@ fn singularity(text: &str) -> Option<SingularityRequest> {
 /// The options of a mesh, in the order in which they are set and listed.
 pub static MESH_OPTIONS: &[Row<MeshSpec>] = &[
     option!(
+        MeshSpec, "weld", "weld",
+        "Join points within this distance, in the unit of the domain\n\nNo point moves further. Points with equal coordinates \
+         always count as one.",
+        Length,
+        |s| Length(s.tolerance.weld),
+        |s, Length(distance)| { s.tolerance.weld = distance; Ok(()) },
+        { form: "EPS", commands: Commands::MESH, heading: Heading::Boundary, is_common: true, matters: Matters::Cells }
+    ),
+    option!(
+        MeshSpec, "repair", "repair",
+        "Repair the domain, and list what was done\n\nEdges are divided at points on them (T-junctions), double and flat facets \
+         are dropped, small holes are closed, and bent polygons of surfaces are divided into triangles.",
+        bool,
+        |s| s.tolerance.repair,
+        |s, is_set| { s.tolerance.repair = is_set; Ok(()) },
+        { is_flag: true, commands: Commands::MESH, heading: Heading::Boundary, is_common: true, matters: Matters::Cells }
+    ),
+    option!(
+        MeshSpec, "strict", "strict",
+        "Refuse domains that are not exact\n\nEqual points, facets that are planar only within the digits of their coordinates, \
+         and edges of surfaces with four facets are then defects.",
+        bool,
+        |s| s.tolerance.strict,
+        |s, is_set| { s.tolerance.strict = is_set; Ok(()) },
+        { is_flag: true, commands: Commands::MESH, heading: Heading::Boundary, matters: Matters::Cells }
+    ),
+    option!(
         MeshSpec, "boundary", "boundary",
         "Treatment of the boundary [default: exact for .poly and .smesh, remesh for surfaces]",
         Option<Boundary>,
@@ -205,6 +232,7 @@ mod tests {
         // A new field does not compile here until it is named.
         let MeshSpec {
             run: _,
+            tolerance: _,
             boundary: _,
             sizes,
             feature_angle: _,
@@ -215,7 +243,7 @@ mod tests {
         // The field of sizes is read from a file.
         let Sizes { most: _, least: _, field: _, singularity: _, lipschitz: _ } = sizes;
         let names: Vec<&str> = MESH_OPTIONS.iter().map(|row| row.name).collect();
-        let fields = "boundary size singularity lipschitz radius-edge min-size feature-angle max-distance \
+        let fields = "weld repair strict boundary size singularity lipschitz radius-edge min-size feature-angle max-distance \
                       improve by-recursion";
         assert_eq!(names.join(" "), fields);
     }
@@ -224,6 +252,7 @@ mod tests {
     fn values_survive_a_round_trip() {
         let values = [
             ("boundary", "exact"),
+            ("weld", "0.001"),
             ("size", "0.25"),
             ("singularity", "line:0,0,1,1,0.5,1"),
             ("lipschitz", "0.25"),

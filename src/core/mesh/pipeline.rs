@@ -5,13 +5,15 @@
 use std::time::Instant;
 
 use glam::{DVec2, DVec3};
+use septet_meshing::Accepted;
 use septet_meshing::conformity::Conformity;
-use septet_meshing::defect::Defect;
+use septet_meshing::defect::{Defect, Element};
 use septet_meshing::domain::Domain;
 use septet_meshing::facet::Triangulate;
 use septet_meshing::input::Input;
 use septet_meshing::mesh::{Mesh, StageLine};
 use septet_meshing::quality::Quality;
+use septet_meshing::repair::Tolerance;
 use septet_meshing::size::SizeFunction;
 use septet_workers::config::cores::within;
 use thiserror::Error;
@@ -79,11 +81,31 @@ impl<P: Triangulate> MakeError<P> {
     /// Returns what to do.
     pub fn remedy(&self) -> Option<Remedy> {
         match self {
-            MakeError::Input(_) => Some(Remedy::of("fix the defects of the domain")),
+            MakeError::Input(defects) => Some(remedy(defects)),
             MakeError::Mesh(error) => error.remedy(),
             MakeError::Shapeless(_) | MakeError::NotConforming(_) => Some(Remedy::REPORT),
         }
     }
+}
+
+/// Returns what to do about the defects of a domain.
+pub fn remedy(defects: &[Defect]) -> Remedy {
+    let is_mendable = |defect: &Defect| match defect {
+        Defect::Degenerate { .. }
+        | Defect::Doubled { .. }
+        | Defect::OpenEdge { .. }
+        | Defect::NotPlanar { .. }
+        | Defect::NonManifoldEdge { .. } => true,
+        Defect::Intersect { elements, .. } => matches!(elements, [Element::Point(_), Element::Segment(_)]),
+        _ => false,
+    };
+    if defects.iter().any(is_mendable) {
+        return Remedy::of(
+            "fix the defects of the domain, or use {repair} to divide edges at points on them, to drop double and flat facets \
+             and to close small holes, and {weld} for points that nearly coincide",
+        );
+    }
+    Remedy::of("fix the defects of the domain")
 }
 
 fn first(defects: &[Defect]) -> &'static str {
@@ -98,6 +120,12 @@ pub trait Dimension: Triangulate {
     /// Returns the defects of the input.
     fn check(input: &Input<Self>) -> Result<Domain<Self>, Vec<Defect>>;
 
+    /// Runs [`septet_meshing::accept`] in this dimension.
+    ///
+    /// # Errors
+    /// Returns the defects of the input.
+    fn accept(input: &Input<Self>, tolerance: &Tolerance) -> Result<Accepted<Self>, Vec<Defect>>;
+
     /// Runs [`make_of`] in this dimension.
     ///
     /// # Errors
@@ -109,6 +137,10 @@ pub trait Dimension: Triangulate {
 impl Dimension for DVec2 {
     fn check(input: &Input<Self>) -> Result<Domain<Self>, Vec<Defect>> {
         septet_meshing::check(input)
+    }
+
+    fn accept(input: &Input<Self>, tolerance: &Tolerance) -> Result<Accepted<Self>, Vec<Defect>> {
+        septet_meshing::accept(input, tolerance)
     }
 
     fn make(
@@ -125,6 +157,10 @@ impl Dimension for DVec3 {
         septet_meshing::check(input)
     }
 
+    fn accept(input: &Input<Self>, tolerance: &Tolerance) -> Result<Accepted<Self>, Vec<Defect>> {
+        septet_meshing::accept(input, tolerance)
+    }
+
     fn make(
         domain: &Domain<Self>,
         request: &MeshSpec,
@@ -134,7 +170,7 @@ impl Dimension for DVec3 {
     }
 }
 
-/// Checks an input and returns the domain that it describes.
+/// Checks an input exactly, and returns the domain that it describes.
 ///
 /// # Errors
 /// Returns the defects of the input.
@@ -142,13 +178,21 @@ pub fn check<P: Dimension>(input: &Input<P>) -> Result<Domain<P>, Vec<Defect>> {
     P::check(input)
 }
 
-/// Checks an input, makes a mesh of its domain, and checks the mesh. A mesh that does not conform to the domain is an
+/// Prepares an input within the tolerance of the request, checks it, and returns its domain and what was done.
+///
+/// # Errors
+/// Returns the defects of the input.
+pub fn accept<P: Dimension>(input: &Input<P>, request: &MeshSpec) -> Result<Accepted<P>, Vec<Defect>> {
+    P::accept(input, &request.tolerance)
+}
+
+/// Accepts an input ([`accept`]), makes a mesh of its domain, and checks the mesh. A mesh that does not conform to the domain is an
 /// error. The result is the same for every number of workers and threads and every transport.
 ///
 /// # Errors
 /// See [`MakeError`].
 pub fn make<P: Dimension>(input: &Input<P>, request: &MeshSpec) -> Result<Made<P>, MakeError<P>> {
-    let domain = P::check(input).map_err(MakeError::Input)?;
+    let domain = accept(input, request).map_err(MakeError::Input)?.domain;
     P::make(&domain, request, MeshKeep::default())
 }
 
@@ -184,6 +228,10 @@ fn made<P: Triangulate>(
     if request.max_distance.is_some() && !request.remeshes(domain) {
         let what =
             "a largest distance applies only to remeshed boundaries, but this boundary is kept exactly";
+        return Err(MeshError::Unsupported(what).into());
+    }
+    if request.remeshes(domain) && !domain.manifold {
+        let what = "the surface is not a manifold, or has regions, so its boundary cannot be remeshed";
         return Err(MeshError::Unsupported(what).into());
     }
     let start = Instant::now();

@@ -3,6 +3,7 @@
 use septet_meshing::domain::Domain;
 use septet_meshing::facet::Triangulate;
 use septet_meshing::input::DomainKind;
+use septet_meshing::repair::Tolerance;
 use septet_meshing::size::SizeOptions;
 use septet_meshing::size::user::{Constraints, Singularity};
 
@@ -105,6 +106,8 @@ pub struct MeshSpec {
     /// size applies to the partition trees of independent sets. Without a memory limit, generation stops once the mesh
     /// certainly needs more than the available memory.
     pub run: Spec,
+    /// How far the file may deviate from an exact domain.
+    pub tolerance: Tolerance,
     /// The part of the boundary that is kept. The default depends on the kind of the domain.
     pub boundary: Option<Boundary>,
     /// The sizes.
@@ -124,6 +127,7 @@ impl Default for MeshSpec {
     fn default() -> Self {
         MeshSpec {
             run: Spec::default(),
+            tolerance: Tolerance::default(),
             boundary: None,
             sizes: Sizes::default(),
             feature_angle: DEFAULT_FEATURE_ANGLE,
@@ -152,9 +156,9 @@ impl MeshSpec {
         self.boundary.unwrap_or_else(|| Boundary::of(kind))
     }
 
-    /// Returns `true` if this domain is remeshed.
+    /// Returns `true` if this domain is remeshed. A surface that is not a manifold is kept by default.
     pub fn remeshes<P: Triangulate>(&self, domain: &Domain<P>) -> bool {
-        self.boundary_of(domain.kind) == Boundary::Remesh
+        self.boundary_of(domain.kind) == Boundary::Remesh && (self.boundary.is_some() || domain.manifold)
     }
 
     /// Returns the largest radius-edge ratio away from the boundary: `1/(1-L)`.

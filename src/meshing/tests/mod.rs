@@ -8,5 +8,6 @@ mod followed;
 mod good;
 mod meshes;
 mod qualities;
+mod repaired;
 pub mod shapes;
 mod symmetry;

@@ -120,6 +120,9 @@ def mesh(
     max_distance: Optional[float] = None,
     feature_angle: float = 60.0,
     improve: bool = False,
+    weld: Optional[float] = None,
+    repair: bool = False,
+    strict: bool = False,
     threads: Optional[int] = None,
     seed: int = 1,
     max_memory: Optional[int] = None,
@@ -146,6 +149,14 @@ def mesh(
         Edges whose faces turn by more degrees are ridges.
     improve : bool, optional
         Whether slivers are removed.
+    weld : float, optional
+        Points within this distance are joined. Points with equal coordinates always count as one.
+    repair : bool, optional
+        Whether edges are divided at points on them (T-junctions), double and flat facets are dropped, small holes are closed, and
+        bent polygons of surfaces are divided into triangles.
+    strict : bool, optional
+        Whether equal points, facets that are planar only within the digits of their coordinates, and edges of surfaces with four
+        facets are refused.
     threads : int, optional
         Number of threads; all cores by default.
     seed : int, optional
@@ -172,10 +183,14 @@ def mesh(
     >>> sorted(set(made.cell_regions.tolist()))
     [1]
     """
-    if not isinstance(improve, (bool, np.bool_)):
-        raise OptionError(f"improve must be True or False, not {improve!r}")
+    flags = {"improve": improve, "repair": repair, "strict": strict}
+    for name, flag in flags.items():
+        if not isinstance(flag, (bool, np.bool_)):
+            raise OptionError(f"{name} must be True or False, not {flag!r}")
+    if strict and (repair or weld is not None):
+        raise OptionError("strict refuses what weld and repair change: omit it, or them")
     options: List[Tuple[str, str]] = [("seed", str(arguments.whole(seed, "seed", 0, 2**64 - 1)))]
-    given = {"size": size, "min-size": min_size, "max-distance": max_distance, "feature-angle": feature_angle}
+    given = {"weld": weld, "size": size, "min-size": min_size, "max-distance": max_distance, "feature-angle": feature_angle}
     for name, value in given.items():
         if value is not None:
             options.append((name, repr(arguments.number(value, name.replace("-", "_")))))
@@ -183,8 +198,7 @@ def mesh(
         raise OptionError("min_size is larger than size and would override it everywhere; reduce min_size, or omit it")
     if boundary is not None:
         options.append(("boundary", arguments.word(boundary, "boundary", ("exact", "remesh"))))
-    if improve:
-        options.append(("improve", "true"))
+    options.extend((name, "true") for name, flag in flags.items() if flag)
     count = arguments.threads(threads)
     if count is not None:
         options.append(("threads", str(count)))

@@ -1,6 +1,6 @@
 //! Closed surfaces in space: the faces of a file of points and faces.
 
-use septet_meshing::input::Input;
+use septet_meshing::input::{Input, Solid};
 
 use super::super::error::{InputError, Place};
 use super::super::faces::Faces;
@@ -30,4 +30,12 @@ pub fn of(source: Source<'_>, file: PointFile, faces: Faces, first: u64) -> Resu
     let input = AnyInput::Space(Input::surface(points, faces));
     let notes = file.notes.into_iter().filter(|n| !n.contains("dimension 2")).collect();
     Ok(DomainFile { input, notes, first_id: first })
+}
+
+/// Adds the names of the solids, given with the number of facets up to the end of each.
+pub fn with_solids(mut file: DomainFile, solids: Vec<(String, u32)>) -> DomainFile {
+    if let (AnyInput::Space(input), true) = (&mut file.input, solids.len() > 1) {
+        input.solids = solids.into_iter().map(|(name, end)| Solid { name, end }).collect();
+    }
+    file
 }

@@ -162,8 +162,8 @@ pub const fn reader(format: Format) -> Reader {
             signature: |data| signature::is_binary(data) || word(data) == b"solid",
             points: Some(stl::read),
             domain: Some(|source, _| {
-                let (file, faces) = stl::read_faces(source, &ReadOptions::default())?;
-                surface::of(source, file, faces, 0)
+                let (file, faces, solids) = stl::read_faces(source, &ReadOptions::default())?;
+                Ok(surface::with_solids(surface::of(source, file, faces, 0)?, solids))
             }),
             ..NONE
         },

@@ -7,7 +7,7 @@ use crate::read::error::{InputError, Place};
 use crate::read::faces::Faces;
 use crate::read::points::{CoordinateType, PointFile, ReadOptions};
 use crate::read::signature::{FACET, HEAD, announced, is_binary};
-use crate::read::text::{Line, Lines, Source, number};
+use crate::read::text::{Line, Lines, Source, excerpt, number};
 
 /// The distinct corners read so far.
 struct Welder<'a> {
@@ -16,6 +16,8 @@ struct Welder<'a> {
     corners: u64,
     /// The point of each corner, three per facet.
     facets: Vec<u32>,
+    /// The name of each solid, and the number of facets at its end.
+    solids: Vec<(String, u32)>,
 }
 
 /// Reads the distinct corners of all facets in the order of their first appearance. Indices count distinct corners.
@@ -24,10 +26,17 @@ pub fn read(source: Source<'_>, options: &ReadOptions) -> Result<PointFile, Inpu
     Ok(read_faces(source, options)?.0)
 }
 
-/// Reads the distinct corners and the facets.
-pub fn read_faces(source: Source<'_>, options: &ReadOptions) -> Result<(PointFile, Faces), InputError> {
+/// Solids with the number of facets up to the end of each.
+pub type Solids = Vec<(String, u32)>;
+
+/// Reads the distinct corners, the facets and the solids.
+pub fn read_faces(
+    source: Source<'_>,
+    options: &ReadOptions,
+) -> Result<(PointFile, Faces, Solids), InputError> {
     let points = Collector::new(source, options, (Place::Whole, 3), (0, 0, 1))?;
-    let mut welder = Welder { points, seen: HashMap::new(), corners: 0, facets: Vec::new() };
+    let mut welder =
+        Welder { points, seen: HashMap::new(), corners: 0, facets: Vec::new(), solids: Vec::new() };
     let head = source.data.trim_ascii_start();
     let texty = head.get(..5).is_some_and(|w| w.eq_ignore_ascii_case(b"solid"))
         && !source.data[..source.data.len().min(1024)].contains(&0);
@@ -36,13 +45,15 @@ pub fn read_faces(source: Source<'_>, options: &ReadOptions) -> Result<(PointFil
     } else {
         read_ascii(source, &mut welder)?;
     }
-    let Welder { mut points, seen, corners, facets } = welder;
+    let Welder { mut points, seen, corners, facets, mut solids } = welder;
     if corners == 0 {
         return Err(source.unsupported(Place::Whole, "an STL file without facets", "export it with facets"));
     }
     points.notes.push(format!("{corners} facet corners merged into {} points", seen.len()));
     points.note_if_flat();
-    Ok((points.finish(), facets.chunks_exact(3).map(<[u32]>::to_vec).collect()))
+    let mut before = 0;
+    solids.retain(|(_, end)| std::mem::replace(&mut before, *end) < *end);
+    Ok((points.finish(), facets.chunks_exact(3).map(<[u32]>::to_vec).collect(), solids))
 }
 
 impl Welder<'_> {
@@ -107,9 +118,17 @@ fn read_ascii(source: Source<'_>, welder: &mut Welder<'_>) -> Result<(), InputEr
                     return Err(source.truncated(line.place(), "corners of a facet", 3, in_facet));
                 }
                 in_facet = 0;
+                let end = welder.facets.len() as u32 / 3;
+                if let Some(solid) = welder.solids.last_mut() {
+                    solid.1 = end;
+                }
             }
             "endsolid" => ended = true,
-            "" | "solid" | "facet" | "outer" | "endloop" | "color" => {}
+            "solid" => {
+                let name = line.text.trim_ascii_start().get(5..).unwrap_or_default().trim_ascii();
+                welder.solids.push((excerpt(name), 0));
+            }
+            "" | "facet" | "outer" | "endloop" | "color" => {}
             _ => {
                 return Err(source.bad_line(&line, "a line of an ASCII STL file (solid, facet, vertex, …)"));
             }

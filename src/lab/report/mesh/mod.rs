@@ -28,9 +28,9 @@ pub use shapes::{ShapeReport, SliverReport};
 
 use super::parameters::Requested;
 use histogram::HistogramReport;
-use septet_core::mesh::MeshSpec;
 use septet_core::mesh::run_log::RunLog;
 use septet_core::mesh::view::MeshPicture;
+use septet_core::mesh::{Boundary, MeshSpec};
 use septet_core::spec::{Words, Workers};
 
 /// Name and version of the schema.
@@ -94,7 +94,7 @@ impl MeshReport {
         MeshReport {
             schema: MESH_SCHEMA.into(),
             version: env!("CARGO_PKG_VERSION").into(),
-            parameters: parameters(domain.kind, request, context),
+            parameters: parameters(domain, request, context),
             settled: settled(request),
             domain: domain_report(domain),
             mesh: counts(mesh),
@@ -141,12 +141,17 @@ pub fn feature_name<P: Triangulate>(domain: &Domain<P>, feature: Feature, first_
     }
 }
 
-fn parameters(kind: DomainKind, request: &MeshSpec, context: &MeshContext<'_>) -> ParameterReport {
+fn parameters<P: Triangulate>(
+    domain: &Domain<P>,
+    request: &MeshSpec,
+    context: &MeshContext<'_>,
+) -> ParameterReport {
     let machine = &request.run.machine;
+    let boundary = if request.remeshes(domain) { Boundary::Remesh } else { Boundary::Exact };
     ParameterReport {
         input: context.input.to_owned(),
         outputs: context.outputs.iter().map(|o| o.display().to_string()).collect(),
-        boundary: request.boundary_of(kind).name().into(),
+        boundary: boundary.name().into(),
         lipschitz: request.sizes.lipschitz,
         radius_edge: request.radius_edge(),
         seed: machine.seed,
