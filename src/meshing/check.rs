@@ -9,13 +9,13 @@
 //!
 //! The documentation of [`crate::defect`] lists the defects of each kind of input.
 
-use septet_geometry::range::scale;
-
 use crate::contact::contacts;
 use crate::defect::{Defect, Element, Misplaced};
+use crate::digits::step_of;
 use crate::domain::{Component, Domain};
 use crate::facet::Triangulate;
 use crate::input::{DomainKind, Input};
+use crate::joining::flats_of;
 use crate::manifold::manifold;
 use crate::resolve::{Simplices, resolve};
 use crate::sides::{Location, Sides};
@@ -39,7 +39,10 @@ pub fn check<P: Triangulate>(input: &Input<P>) -> Result<Domain<P>, Vec<Defect>>
         vec![Defect::TooThin { element: simplices.element(undecided.0), at }]
     })?;
     let components = components(input, &simplices, &sides)?;
-    Ok(Domain::new(input, simplices, sides, components))
+    let mut domain = Domain::new(input, simplices, sides, components);
+    let step = domain.simplices.frame.scaled_length(step_of(&input.points));
+    domain.flats = flats_of(&domain, step);
+    Ok(domain)
 }
 
 /// Classifies every component as outside, hole, or part of the domain, and finds its region.
@@ -58,7 +61,7 @@ fn components<P: Triangulate>(
         .collect();
     let mut defects = Vec::new();
     let mut component_of = |at: P, element: Element| {
-        let at = scale(at, simplices.exponent);
+        let at = simplices.frame.inward(at);
         let place = match sides.locate(&simplices.points, at) {
             Some(Location::Component(0)) => Misplaced::Outside,
             Some(Location::Component(c)) => return Some(c as usize),
@@ -80,7 +83,7 @@ fn components<P: Triangulate>(
     }
     for (i, component) in regions.into_iter().enumerate() {
         let Some(c) = component else { continue };
-        let at = simplices.at(scale(input.regions[i].at, simplices.exponent));
+        let at = simplices.at(simplices.frame.inward(input.regions[i].at));
         match components[c].region {
             _ if !components[c].inside => {
                 let element = Element::Region(i as u32);
