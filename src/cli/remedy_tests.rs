@@ -16,6 +16,8 @@ use septet_lab::accounts::{AccountError, ReportError};
 use septet_lab::claims::ClaimError;
 use septet_lab::experiment::fit::FitError;
 use septet_lab::experiment::{JournalError, SweepError};
+use septet_meshing::domain::Feature;
+use septet_meshing::generate::Reason;
 use septet_meshing::octree::{CellKey, TooFine};
 use septet_meshing::size::SizeError;
 use septet_protocol::transport::TransportError;
@@ -83,7 +85,10 @@ fn of_runs() -> Described {
         Size(SizeError::TooFine(TooFine::Cells { limit: 9 })),
         Size(SizeError::TooFine(TooFine::Levels { at: CellKey::ROOT })),
         Dimension { what: "size field", expected: 3, found: 2 },
-        Missing { features: Vec::new() },
+        Missing { features: Vec::new(), reason: Reason::Angles },
+        Missing { features: Vec::new(), reason: Reason::Rounding },
+        Missing { features: Vec::new(), reason: Reason::Rounds },
+        Coarse { feature: Feature::Corner(0), size: 1.0, step: 1.0 },
         TooMany { most: 9 },
         Memory { forecast: 9, limit: 8, points: 7 },
         Run(Error::Interrupted),

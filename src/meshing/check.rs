@@ -9,13 +9,13 @@
 //!
 //! The documentation of [`crate::defect`] lists the defects of each kind of input.
 
-use septet_geometry::range::scale;
-
 use crate::contact::contacts;
 use crate::defect::{At, Defect, Element, Misplaced};
+use crate::digits::step_of;
 use crate::domain::{Component, Domain};
 use crate::facet::Triangulate;
 use crate::input::{DomainKind, Input};
+use crate::joining::flats_of;
 use crate::manifold::manifold;
 use crate::repair::{Change, Prepared, Repair, Solids, Tolerance, prepare};
 use crate::resolve::{Simplices, resolve};
@@ -137,6 +137,8 @@ fn domain<P: Triangulate>(
     let mut components = components(input, &simplices, &sides)?;
     let regions = solids.map(|solids| solids.classify(&simplices, &sides, &mut components));
     let mut domain = Domain::new(input, simplices, sides, components);
+    let step = domain.simplices.frame.scaled_length(step_of(&input.points));
+    domain.flats = flats_of(&domain, step);
     if let Some(regions) = regions {
         domain.regions = regions;
     }
@@ -159,7 +161,7 @@ fn components<P: Triangulate>(
         .collect();
     let mut defects = Vec::new();
     let mut component_of = |at: P, element: Element| {
-        let at = scale(at, simplices.exponent);
+        let at = simplices.frame.inward(at);
         let place = match sides.locate(&simplices.points, at) {
             Some(Location::Component(0)) => Misplaced::Outside,
             Some(Location::Component(c)) => return Some(c as usize),
@@ -181,7 +183,7 @@ fn components<P: Triangulate>(
     }
     for (i, component) in regions.into_iter().enumerate() {
         let Some(c) = component else { continue };
-        let at = simplices.at(scale(input.regions[i].at, simplices.exponent));
+        let at = simplices.at(simplices.frame.inward(input.regions[i].at));
         match components[c].region {
             _ if !components[c].inside => {
                 let element = Element::Region(i as u32);

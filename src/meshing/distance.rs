@@ -97,13 +97,31 @@ fn shapes<P: Point>(points: &[P], items: &[Item]) -> Vec<Shape<P>> {
 }
 
 impl<P: Space> Features<P> {
-    /// Collects all features of a domain.
+    /// Collects all features of a domain. Joined facets and segments ([`crate::flats`]) count as their first member.
     pub fn new(domain: &Domain<P>) -> Self {
-        let all: Vec<Feature> = domain.features().collect();
-        let corners = all.iter().map(|&f| domain.corners_of(f)).collect();
+        let flats = &domain.flats;
+        let leader = |feature: Feature| match feature {
+            Feature::Corner(c) => (!flats.joints[c as usize]).then_some(feature),
+            Feature::Segment(s) => flats.lines[s as usize].map(Feature::Segment),
+            Feature::Facet(f) => Some(Feature::Facet(flats.flats[f as usize])),
+        };
+        let members: Vec<(Feature, Feature)> =
+            domain.features().filter_map(|feature| Some((leader(feature)?, feature))).collect();
+        let all: Vec<Feature> =
+            members.iter().filter(|(leader, feature)| leader == feature).map(|m| m.0).collect();
+        let number = |leader: Feature| all.binary_search(&leader).unwrap_or_default();
+        let mut corners: Vec<Vec<u32>> = vec![Vec::new(); all.len()];
+        for &(leader, feature) in &members {
+            let kept = |v: &u32| domain.corners.binary_search(v).is_ok_and(|c| !flats.joints[c]);
+            corners[number(leader)].extend(domain.corners_of(feature).iter().filter(|v| kept(v)));
+        }
+        for list in &mut corners {
+            list.sort_unstable();
+            list.dedup();
+        }
         let mut items = Vec::new();
-        for (i, &feature) in all.iter().enumerate() {
-            let feature_number = i as u32;
+        for &(leader, feature) in &members {
+            let feature_number = number(leader) as u32;
             match feature {
                 Feature::Corner(c) => {
                     let vertices = [domain.corners[c as usize]; 3];

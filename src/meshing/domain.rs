@@ -9,6 +9,9 @@
 //! a face, and therefore a vertex. A vertex that is not a corner lies in one facet, or in one segment and the facets
 //! around it. All of these contain the ends of that segment.
 //!
+//! Facets and segments that lie in one plane or on one line up to the digits of the file are joined for the sizes
+//! only ([`Domain::flats`]): they remain separate features, which the mesh contains.
+//!
 //! Elements that have no part of the domain on either side are not features. They are listed in [`Domain::left_out`].
 //!
 //! **Work and depth.** `O(m log m)`.
@@ -20,6 +23,7 @@ use septet_geometry::predicates::{Sign, orientation};
 
 use crate::defect::Element;
 use crate::facet::wall_edges;
+use crate::flats::Flats;
 use crate::input::{DomainKind, Input, Region};
 use crate::resolve::Simplices;
 use crate::sides::{Location, Sets, Sides};
@@ -99,6 +103,8 @@ pub struct Domain<P: Space> {
     pub segments: Vec<Segment>,
     /// The facets, ascending by their walls. Empty in the plane.
     pub facets: Vec<Facet>,
+    /// The facets and segments that are joined for the sizes.
+    pub flats: Flats,
     /// The regions of the input.
     pub regions: Vec<Region<P>>,
     /// Input elements that lie outside the domain or in its holes.
@@ -119,6 +125,7 @@ impl<P: Space> Domain<P> {
         let (corners, segments, facets, left_out) = (vec![], vec![], vec![], vec![]);
         let kind = input.kind;
         let manifold = kind == DomainKind::Surface;
+        let flats = Flats::default();
         let mut domain = Domain {
             kind,
             simplices,
@@ -127,6 +134,7 @@ impl<P: Space> Domain<P> {
             corners,
             segments,
             facets,
+            flats,
             regions,
             left_out,
             manifold,
@@ -139,6 +147,8 @@ impl<P: Space> Domain<P> {
         domain.make_corners(&live);
         domain.make_facets(input, &edges, &groups, &live);
         domain.note_left_out(&live);
+        let (corners, segments, facets) = (&domain.corners, &domain.segments, &domain.facets);
+        domain.flats = Flats::separate(corners.len(), segments.len(), facets.len());
         domain
     }
 

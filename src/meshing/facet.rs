@@ -212,10 +212,10 @@ impl Job<'_> {
     ) -> Vec<[u32; 3]> {
         let stated = &self.input.facets[self.facet as usize].holes;
         let holes: Vec<DVec2> =
-            stated.iter().map(|&h| project(scale(h, self.simplices.exponent), axis)).collect();
+            stated.iter().map(|&h| project(self.simplices.frame.inward(h), axis)).collect();
         let (triangles, misplaced) = planar.inside(&holes);
         for hole in misplaced {
-            let at = self.simplices.at(scale(stated[hole], self.simplices.exponent));
+            let at = self.simplices.at(self.simplices.frame.inward(stated[hole]));
             defects.push(Defect::FacetHole { facet: self.facet, hole: hole as u32, at });
         }
         let outer: BTreeMap<u32, u32> = vertices.iter().map(|(&v, &inner)| (inner, v)).collect();

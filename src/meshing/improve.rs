@@ -22,6 +22,7 @@ use septet_geometry::predicates::{Sign, orientation};
 use septet_geometry::range::scale;
 
 use crate::domain::Domain;
+use crate::frame::Frame;
 use crate::mesh::{Carrier, Mesh};
 use crate::space::Space;
 
@@ -58,14 +59,15 @@ pub struct Improved {
 /// Improves a mesh of this domain in place.
 pub fn improve<P: Space>(domain: &Domain<P>, mesh: &mut Mesh<P>, target: &Target) -> Improved {
     // Signs are exact in the scaled coordinates of the domain.
-    let scaled = |mesh: &mut Mesh<P>, exponent: i32| {
-        mesh.points.iter_mut().for_each(|p| *p = scale(*p, exponent));
+    let frame = domain.simplices.frame;
+    let scaled = |mesh: &mut Mesh<P>, exponent: i32, way: &dyn Fn(P) -> P| {
+        mesh.points.iter_mut().for_each(|p| *p = way(*p));
         mesh.sizes.iter_mut().for_each(|s| *s = scale(P::splat(*s), exponent).coord(0));
     };
     let exponent = domain.simplices.exponent;
-    scaled(mesh, exponent);
+    scaled(mesh, exponent, &|p| frame.inward(p));
     let done = sweep(domain, mesh, target);
-    scaled(mesh, -exponent);
+    scaled(mesh, -exponent, &|p| frame.outward(p));
     done
 }
 
@@ -84,7 +86,8 @@ fn sweep<P: Space>(domain: &Domain<P>, mesh: &mut Mesh<P>, target: &Target) -> I
         for &cell in &bad {
             for v in mesh.cells[cell as usize].as_ref().to_vec() {
                 if quality(mesh, cell) < wanted {
-                    done.moved += u64::from(climb(mesh, &stars, &planes, v, wanted, target));
+                    done.moved +=
+                        u64::from(climb(mesh, &stars, (&planes, &domain.simplices.frame), v, wanted, target));
                 }
             }
         }
@@ -185,7 +188,7 @@ fn directions<P: Point>() -> Vec<P> {
 fn climb<P: Space>(
     mesh: &mut Mesh<P>,
     stars: &Stars,
-    normals: &[P],
+    (normals, frame): (&[P], &Frame<P>),
     v: u32,
     wanted: f64,
     target: &Target,
@@ -210,7 +213,7 @@ fn climb<P: Space>(
         let centre = best.1;
         for &d in &directions {
             let d = normal.map_or(d, |n| d - n * n.dot(d));
-            mesh.points[v as usize] = centre + d * step;
+            mesh.points[v as usize] = frame.snapped(centre + d * step);
             let found = worst(mesh);
             if found > best.0 && ratio(mesh) <= allowed && is_positive(mesh, star) {
                 best = (found, mesh.points[v as usize]);

@@ -16,6 +16,8 @@ pub mod space;
 
 pub mod planar;
 
+pub mod frame;
+
 pub mod simplices;
 
 pub mod resolve;
@@ -32,9 +34,15 @@ pub mod sides;
 
 pub mod manifold;
 
+pub mod digits;
+
+pub mod flats;
+
 pub mod domain;
 
 pub mod angles;
+
+pub mod joining;
 
 pub mod distance;
 

@@ -13,11 +13,12 @@
 use std::collections::{BTreeMap, BTreeSet};
 
 use septet_geometry::point::lex_cmp;
-use septet_geometry::range::{scale, scale_exponent};
+use septet_geometry::range::{all_finite, scale_exponent};
 
 use crate::bvh::{Bounds, Bvh};
 use crate::defect::{Defect, Element};
 use crate::facet::Triangulate;
+use crate::frame::Frame;
 use crate::input::{DomainKind, Input};
 pub use crate::simplices::{Outline, Part, Simplices};
 use crate::space::{Space, ascending, on_segment};
@@ -38,15 +39,20 @@ pub fn resolve<P: Triangulate>(input: &Input<P>) -> (Option<Simplices<P>>, Vec<D
     }
     let all =
         [input.points.as_slice(), &input.holes, &input.regions.iter().map(|r| r.at).collect::<Vec<_>>()];
-    let exponent = match scale_exponent(&all.concat()) {
-        Ok(exponent) => exponent,
+    let all = all.concat();
+    let frame = all_finite(&all).map(|()| frame_of(input));
+    let centred = |frame: &Frame<P>| all.iter().map(|&p| frame.inward(p)).collect::<Vec<_>>();
+    let frame = frame.and_then(|frame| Ok(frame.scaled(scale_exponent(&centred(&frame))?)));
+    let frame = match frame {
+        Ok(frame) => frame,
         Err(error) => return (None, vec![Defect::Range(error.to_string())]),
     };
+    let exponent = frame.exponent;
     // Adding zero converts -0.0 to 0.0.
-    let points: Vec<P> = input.points.iter().map(|&p| scale(p, exponent) + P::splat(0.0)).collect();
+    let points: Vec<P> = input.points.iter().map(|&p| frame.inward(p) + P::splat(0.0)).collect();
     let tree = Bvh::new(points.iter().map(|&p| Bounds::of([p])).collect());
     let same = (0..points.len() as u32).collect();
-    let out = Simplices { points, exponent, same, parts: vec![], walls: vec![], owner: vec![] };
+    let out = Simplices { points, frame, exponent, same, parts: vec![], walls: vec![], owner: vec![] };
     let mut resolver = Resolver { input, out, tree, defects: Vec::new() };
     resolver.join_duplicates();
     resolver.indices();
@@ -59,14 +65,28 @@ pub fn resolve<P: Triangulate>(input: &Input<P>) -> (Option<Simplices<P>>, Vec<D
     (Some(out), defects)
 }
 
+/// Returns the points that elements of the input name.
+fn used<P: Space>(input: &Input<P>) -> BTreeSet<u32> {
+    let facets = input.facets.iter().flat_map(|f| f.polygons.iter().flatten().copied());
+    facets.chain(input.segments.iter().flat_map(|s| s.ends)).collect()
+}
+
+/// Returns the translation of an input with finite coordinates. Unused points of a surface have no part in it.
+fn frame_of<P: Space>(input: &Input<P>) -> Frame<P> {
+    let all = |v: &u32| input.points.get(*v as usize).copied();
+    match input.kind {
+        DomainKind::Surface => Frame::around(used(input).iter().filter_map(all)),
+        DomainKind::Complex => Frame::around(input.points.iter().copied()),
+    }
+}
+
 impl<P: Space> Resolver<'_, P> {
     fn p(&self, v: u32) -> P {
         self.out.points[v as usize]
     }
 
     fn used(&self) -> BTreeSet<u32> {
-        let facets = self.input.facets.iter().flat_map(|f| f.polygons.iter().flatten().copied());
-        facets.chain(self.input.segments.iter().flat_map(|s| s.ends)).collect()
+        used(self.input)
     }
 
     fn join_duplicates(&mut self) {

@@ -1,9 +1,8 @@
 //! The simplicial form of facets and segments.
 
-use septet_geometry::range::scale;
-
 use crate::bvh::Bounds;
 use crate::defect::{At, Element};
+use crate::frame::Frame;
 use crate::space::Space;
 
 /// A subsegment: part of a segment between two vertices, without vertices in between.
@@ -20,9 +19,11 @@ pub struct Part {
 /// The simplices of a domain.
 #[derive(Clone, Debug)]
 pub struct Simplices<P: Space> {
-    /// The points times `2^exponent`.
+    /// The points, in the coordinates of the frame.
     pub points: Vec<P>,
-    /// The exponent of the power of two that scales the coordinates to the exact range.
+    /// The translation and the scaling from the file.
+    pub frame: Frame<P>,
+    /// The exponent of the power of two that scales the coordinates to the exact range, as in the frame.
     pub exponent: i32,
     /// For each point, the first point with the same coordinates.
     pub same: Vec<u32>,
@@ -37,7 +38,7 @@ pub struct Simplices<P: Space> {
 impl<P: Space> Simplices<P> {
     /// Converts a point to the unit of the file.
     pub fn at(&self, p: P) -> At {
-        let p = scale(p, -self.exponent);
+        let p = self.frame.outward(p);
         At((0..P::DIM).map(|i| p.coord(i)).collect())
     }
 

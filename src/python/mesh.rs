@@ -101,7 +101,10 @@ fn refused<P: Dimension>(
 ) -> NoMesh {
     let (message, remedy) = (error.to_string(), error.remedy());
     match error {
-        MakeError::Mesh(MeshError::Missing { features }) => {
+        MakeError::Mesh(MeshError::Coarse { feature, .. }) => {
+            NoMesh::Domain(errors::with_remedy(&message, remedy), vec![name(feature)])
+        }
+        MakeError::Mesh(MeshError::Missing { features, .. }) => {
             let defects =
                 features.iter().map(|&(feature, parts)| format!("{}: {parts} parts", name(feature)));
             NoMesh::Domain(errors::with_known(&message, remedy, errors::OF_MESH), defects.collect())

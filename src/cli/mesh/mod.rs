@@ -266,7 +266,11 @@ impl Job<'_> {
 
     /// Prints the ids of the missing features in the file, and returns the failure.
     fn named<P: Triangulate>(&self, domain: &Domain<P>, error: MeshError) -> Failure {
-        if let MeshError::Missing { features } = &error {
+        if let MeshError::Coarse { feature, .. } = &error {
+            self.talk.clear();
+            self.talk.fault(feature_name(domain, *feature, self.first_id));
+        }
+        if let MeshError::Missing { features, .. } = &error {
             self.talk.clear();
             for &(feature, parts) in features.iter().take(SHOWN) {
                 let name = feature_name(domain, feature, self.first_id);
@@ -314,7 +318,7 @@ impl From<MeshError> for Failure {
     fn from(error: MeshError) -> Self {
         let code = match &error {
             // The number of columns of a size field is a property of its file.
-            MeshError::Dimension { what: "size field", .. } => Code::Input,
+            MeshError::Dimension { what: "size field", .. } | MeshError::Coarse { .. } => Code::Input,
             MeshError::Size(SizeError::TooFine(_)) | MeshError::TooMany { .. } | MeshError::Memory { .. } => {
                 Code::Limit
             }

@@ -1,6 +1,7 @@
 //! Errors of mesh generation.
 
 use septet_meshing::domain::Feature;
+use septet_meshing::generate::Reason;
 use septet_meshing::octree::TooFine;
 use septet_meshing::size::SizeError;
 use thiserror::Error;
@@ -27,11 +28,25 @@ pub enum MeshError {
         /// The dimension of this input.
         found: usize,
     },
-    /// Features that meet at small angles could not be recovered.
-    #[error("{} segments and facets of the domain cannot be recovered because features meet at small angles", features.len())]
+    /// Features could not be recovered.
+    #[error("{} segments and facets of the domain cannot be recovered {}", features.len(), because(*reason))]
     Missing {
         /// The features, and the number of missing subsegments or subfacets of each.
         features: Vec<(Feature, u32)>,
+        /// Why they are missing.
+        reason: Reason,
+    },
+    /// The coordinates of the file are too coarse for its features.
+    #[error(
+        "the coordinates are too coarse: they are multiples of {step:e}, but features are {size:e} apart"
+    )]
+    Coarse {
+        /// The feature with the smallest local feature size.
+        feature: Feature,
+        /// The local feature size there, in the unit of the file.
+        size: f64,
+        /// The step between adjacent coordinates, in the unit of the file.
+        step: f64,
     },
     /// The mesh needs more points than the limit.
     #[error("the mesh needs more than {most} points, the limit of the memory or of 32-bit indices")]
@@ -54,6 +69,15 @@ pub enum MeshError {
     Run(#[from] crate::Error),
 }
 
+/// Says why features cannot be recovered.
+fn because(reason: Reason) -> &'static str {
+    match reason {
+        Reason::Angles => "because features meet at small angles",
+        Reason::Rounding => "because their points would be closer than the rounding of coordinates",
+        Reason::Rounds => "in the permitted number of rounds",
+    }
+}
+
 impl MeshError {
     /// Returns what to do.
     pub fn remedy(&self) -> Option<Remedy> {
@@ -61,9 +85,16 @@ impl MeshError {
             Self::Dimension { .. } => Remedy::of(
                 "use as many coordinates as the domain has; in a size field, the size follows them",
             ),
-            Self::Missing { .. } => {
+            Self::Missing { reason: Reason::Angles, .. } => {
                 Remedy::of("{check} lists the small angles of the domain; a smaller {size} may help")
             }
+            Self::Missing { reason: Reason::Rounding, .. } => {
+                Remedy::of("write coordinates relative to a point of the domain, or raise {min-size}")
+            }
+            Self::Missing { reason: Reason::Rounds, .. } => Remedy::of("a smaller {size} may help"),
+            Self::Coarse { .. } => Remedy::of(
+                "write coordinates relative to a point of the domain, or join features that are closer",
+            ),
             Self::TooMany { .. } | Self::Memory { .. } => {
                 Remedy::of("raise {max-memory}, or increase {size} or {min-size}")
             }

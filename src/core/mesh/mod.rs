@@ -23,7 +23,7 @@ use septet_meshing::distance::Features;
 use septet_meshing::domain::Domain;
 use septet_meshing::facet::Triangulate;
 use septet_meshing::generate::remesh::{DEFAULT_PARTS, Options, SurfaceFeatures, remesh};
-use septet_meshing::generate::{self, GenerationError, Rules};
+use septet_meshing::generate::{self, Coarse, GenerationError, Missing, Rules};
 use septet_meshing::improve::{Target, improve};
 use septet_meshing::mesh::{Mesh, StageLine};
 use septet_meshing::quality::balls::BoundaryBalls;
@@ -71,7 +71,11 @@ fn sizes_on<P: Triangulate>(
 ) -> Result<SizeFunction<P>, MeshError> {
     let mut options = request.size_options(domain)?;
     if !request.remeshes(domain) {
-        return Ok(SizeFunction::of_features(domain, &Features::new(domain), &options, machine)??);
+        let features = Features::new(domain);
+        if let Some(Coarse { feature, size, step }) = Coarse::of(domain, &features) {
+            return Err(MeshError::Coarse { feature, size, step });
+        }
+        return Ok(SizeFunction::of_features(domain, &features, &options, machine)??);
     }
     let constraints = &mut options.constraints;
     if constraints.most.is_none() && constraints.field.is_empty() && constraints.singularities.is_empty() {
@@ -183,7 +187,7 @@ fn build<P: Triangulate>(
     };
     let made = made.map_err(|failure| match failure {
         GenerationError::Machine(error) => MeshError::Run(error),
-        GenerationError::Missing(missing) => MeshError::Missing { features: missing.features },
+        GenerationError::Missing(Missing { features, reason }) => MeshError::Missing { features, reason },
         GenerationError::TooMany(most) => MeshError::TooMany { most },
         GenerationError::Unsupported(what) => MeshError::Unsupported(what),
     })?;

@@ -197,7 +197,7 @@ impl SingularityRequest {
             let found = if self.shape == SingularityShape::Point { self.at.len() } else { self.at.len() / 2 };
             return Err(MeshError::Dimension { what: "singularity", expected: P::DIM, found });
         }
-        let unscaled = |p: P| septet_geometry::range::scale(p, -domain.simplices.exponent);
+        let unscaled = |p: P| domain.simplices.frame.outward(p);
         let live = domain.corners.iter().map(|&v| domain.points()[v as usize]);
         let bounds = septet_meshing::bvh::Bounds::of(live);
         let middle = bounds.low + (bounds.high - bounds.low) * 0.5;

@@ -78,7 +78,7 @@ impl MeshPicture {
         };
         picture.name_regions(domain, mesh);
         for cell in 0..mesh.cells.len() as u32 {
-            let corners = mesh.corners(cell).map(|p| scale(p, exponent));
+            let corners = mesh.corners(cell).map(|p| domain.simplices.frame.inward(p));
             let corners = &corners[..=P::DIM];
             let least = angles(corners).into_iter().fold(f64::INFINITY, f64::min);
             let middle = corners.iter().fold(P::splat(0.0), |sum, &p| sum + p / corners.len() as f64);

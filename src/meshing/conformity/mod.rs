@@ -12,7 +12,7 @@
 //!    to 1e-9 of the facet;
 //! 5. the measures of the cells of each component add up to the measure of the component, to 1e-9 of that measure;
 //! 6. corners have the same positions as in the domain, and points lie on their carriers to 1e-12 of the largest
-//!    coordinate. Cells use every point, rows are in canonical order, and markers agree with the domain.
+//!    coordinate and the step of the grid of translated coordinates ([`crate::frame`]). Cells use every point, rows are in canonical order, and markers agree with the domain.
 //!
 //! *Then, up to the tolerances, the cells tile the domain and the faces tile its facets, each once.*
 //!
@@ -38,7 +38,7 @@ mod shape;
 mod tiles;
 
 use septet_geometry::point::Point;
-use septet_geometry::range::{scale, scale_exponent};
+use septet_geometry::range::scale_exponent;
 
 use crate::domain::Domain;
 use crate::mesh::Mesh;
@@ -81,8 +81,8 @@ fn compare<P: Space>(domain: &Domain<P>, mesh: &Mesh<P>, follow: Option<&Follow>
     if !checker.found.is_clean() {
         return checker.found;
     }
-    checker.points = mesh.points.iter().map(|&p| scale(p, domain.simplices.exponent)).collect();
-    if let Some(range) = out_of_range(&checker.points) {
+    checker.points = mesh.points.iter().map(|&p| domain.simplices.frame.inward(p)).collect();
+    if let Some(range) = inexact(domain, mesh).or_else(|| out_of_range(&checker.points)) {
         checker.found.defects.push(MeshDefect::Range(range));
         return checker.found;
     }
@@ -99,6 +99,14 @@ fn compare<P: Space>(domain: &Domain<P>, mesh: &Mesh<P>, follow: Option<&Follow>
     }
     checker.volumes(follow.is_none());
     checker.found
+}
+
+/// Returns the first point for which the translation of the domain is not exact, so that signs would not be those of
+/// the numbers that are written.
+fn inexact<P: Space>(domain: &Domain<P>, mesh: &Mesh<P>) -> Option<String> {
+    let frame = &domain.simplices.frame;
+    let first = frame.is_translated().then(|| mesh.points.iter().position(|&p| !frame.is_exact(p)))??;
+    Some(format!("point {first} is not exact relative to the centre of the domain"))
 }
 
 fn out_of_range<P: Point>(points: &[P]) -> Option<String> {

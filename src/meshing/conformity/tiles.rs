@@ -56,7 +56,7 @@ impl<P: Space> Checker<'_, P> {
     pub(super) fn carriers(&mut self, all: bool) {
         let mut at_corner = vec![0; self.domain.corners.len()];
         let largest = self.domain.points().iter().flat_map(|p| (0..P::DIM).map(|i| p.coord(i).abs()));
-        let allowed = OFF * largest.fold(0.0, f64::max);
+        let allowed = OFF * largest.fold(0.0, f64::max) + self.step();
         let planes: Vec<[DVec3; 2]> = (0..self.domain.facets.len()).map(|f| self.plane(f)).collect();
         for (i, &carrier) in self.mesh.carriers.iter().enumerate() {
             let (point, p) = (i as u32, self.points[i]);
@@ -222,8 +222,14 @@ impl<P: Space> Checker<'_, P> {
         ordered(face.cells.map(|c| (c != OUTSIDE).then(|| self.mesh.regions[c as usize])))
     }
 
-    fn wall_extent(&self, wall: u32) -> f64 {
+    pub(super) fn wall_extent(&self, wall: u32) -> f64 {
         extent(&P::corners(self.domain.points(), &self.domain.walls()[wall as usize]))
+    }
+
+    /// Returns the sum of the lengths of the edges of a wall.
+    fn perimeter(&self, wall: u32) -> f64 {
+        let c = P::corners(self.domain.points(), &self.domain.walls()[wall as usize]);
+        (0..c.len()).map(|i| (c[i] - c[(i + 1) % c.len()]).norm2().sqrt()).sum()
     }
 
     /// Checks part 4 for segments in the plane.
@@ -244,16 +250,17 @@ impl<P: Space> Checker<'_, P> {
             sums[1].add(extent(&P::corners(&self.points, &face.vertices)));
         }
         for (segment, measures) in of.into_iter().enumerate() {
-            self.compare(Feature::Segment(segment as u32), &measures);
+            self.compare(Feature::Segment(segment as u32), &measures, 2.0 * self.step());
         }
     }
 
-    fn compare(&mut self, feature: Feature, measures: &Measures) {
+    /// Compares measures. `slack` is the measure that the step of the grid can change.
+    fn compare(&mut self, feature: Feature, measures: &Measures, slack: f64) {
         let whole: f64 = measures.values().map(|s| s[0].value()).sum();
         for (&components, sums) in measures {
             let sums = sums.map(Sum::value);
             let [expected, found] = sums.map(|x| self.unscaled(x, P::DIM - 1));
-            if off(sums[0], sums[1], whole) {
+            if off(sums[0], sums[1], whole, slack) {
                 self.report(MeshDefect::Area { feature, components, expected, found });
             }
             if components.contains(&None) {
@@ -344,7 +351,8 @@ impl<P: Space> Checker<'_, P> {
             let area = extent(&P::corners(&self.points, &face.vertices));
             measures.entry(self.components_at_face(face)).or_default()[1].add(area);
         }
-        self.compare(Feature::Facet(facet), &measures);
+        let around = self.domain.facets[facet as usize].walls.iter().map(|&w| self.perimeter(w)).sum::<f64>();
+        self.compare(Feature::Facet(facet), &measures, around * self.step());
     }
 }
 

@@ -67,7 +67,9 @@ impl<P: Space, M: MeshMachine<P> + Sync> Generator<'_, P, M> {
                 let to = self.vertices.points[first as usize];
                 let length = dist2(at, to).sqrt();
                 if length > radius * (1.0 + SHELL) {
-                    let site = self.rules.site(at + (to - at) * (radius / length));
+                    let site = self
+                        .rules
+                        .site(self.domain.simplices.frame.snapped(at + (to - at) * (radius / length)));
                     self.vertices.push(site, Carrier::Segment(s));
                 }
             }

@@ -39,7 +39,7 @@ pub(super) struct Plane {
 pub(super) const ROUNDING: f64 = 1e-14;
 
 impl Plane {
-    fn new(walls: &[[DVec3; 3]]) -> Self {
+    fn new(walls: &[[DVec3; 3]], grid: f64) -> Self {
         let normal = |w: &[DVec3; 3]| (w[1] - w[0]).cross(w[2] - w[0]);
         let largest =
             walls.iter().max_by(|a, b| normal(a).length_squared().total_cmp(&normal(b).length_squared()));
@@ -50,7 +50,7 @@ impl Plane {
             .min_by(|a, b| n.dot(*a).abs().total_cmp(&n.dot(*b).abs()));
         let u = n.cross(small.unwrap_or(DVec3::X)).normalize();
         let coordinates = walls.iter().flatten().flat_map(DVec3::to_array);
-        let rounding = ROUNDING * coordinates.fold(0.0, |largest, x| x.abs().max(largest));
+        let rounding = ROUNDING * coordinates.fold(0.0, |largest, x| x.abs().max(largest)) + grid;
         let axes = [u, n.cross(u)];
         let mut plane =
             Plane { origin: wall[0], axes, walls: Vec::new(), tree: Bvh::new(Vec::new()), rounding };
@@ -136,7 +136,8 @@ impl<P: Space, M: MeshMachine<P> + Sync> Generator<'_, P, M> {
             [0, 1, 2].map(|i| at(wall.as_ref()[i]))
         };
         let walls = |f: &crate::domain::Facet| f.walls.iter().map(corners).collect::<Vec<_>>();
-        self.domain.facets.iter().map(|f| Plane::new(&walls(f))).collect()
+        let grid = self.domain.simplices.frame.grid();
+        self.domain.facets.iter().map(|f| Plane::new(&walls(f), grid)).collect()
     }
 
     /// Places the points of all facets.

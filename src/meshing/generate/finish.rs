@@ -40,7 +40,7 @@ impl<P: Space> GeneratedMesh<P> {
             marker: domain.segments[segment as usize].marker,
         };
         Mesh {
-            points: self.vertices.points.iter().map(|&p| scale(p, back)).collect(),
+            points: self.vertices.points.iter().map(|&p| domain.simplices.frame.outward(p)).collect(),
             sizes: self.vertices.sizes.iter().map(|&s| scale(P::splat(s), back).coord(0)).collect(),
             regions: rows.iter().map(|(_, old)| self.labels.of[*old as usize]).collect(),
             cells: rows.into_iter().map(|r| r.0).collect(),

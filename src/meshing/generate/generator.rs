@@ -144,6 +144,13 @@ impl<'a, P: Space, M: MeshMachine<P> + Sync> Generator<'a, P, M> {
         Ok(())
     }
 
+    /// Moves candidates to points that can be written.
+    fn snapped(&self, mut candidates: Vec<Candidate<P>>) -> Vec<Candidate<P>> {
+        let frame = &self.domain.simplices.frame;
+        candidates.iter_mut().for_each(|c| c.0.at = frame.snapped(c.0.at));
+        candidates
+    }
+
     /// Evaluates the size function at points.
     pub(super) fn sized(&self, places: Vec<(P, Carrier)>) -> Result<Vec<Candidate<P>>, M::Error> {
         let points: Vec<At<P>> = places.iter().map(|&(at, _)| At(at)).collect();
@@ -165,7 +172,7 @@ impl<'a, P: Space, M: MeshMachine<P> + Sync> Generator<'a, P, M> {
     pub(super) fn sample(&mut self, candidates: Vec<Candidate<P>>) -> Result<(), M::Error> {
         let mut sites = self.vertices.sites();
         let fixed = sites.len();
-        let candidates = distinct(candidates);
+        let candidates = distinct(self.snapped(candidates));
         sites.extend(candidates.iter().map(|c| c.0));
         self.place(&sites, fixed, &candidates)
     }
@@ -173,7 +180,7 @@ impl<'a, P: Space, M: MeshMachine<P> + Sync> Generator<'a, P, M> {
     /// Runs a round of completion: places an independent set of the candidates that do not conflict with a vertex,
     /// and returns the number of points placed. If `free` is set, no candidate may conflict with a vertex.
     pub(super) fn complete(&mut self, candidates: Vec<Candidate<P>>, free: bool) -> Result<u64, M::Error> {
-        let mut candidates = distinct(candidates);
+        let mut candidates = distinct(self.snapped(candidates));
         if !free && !candidates.is_empty() {
             let sites = self.vertices.sites();
             let earlier = Sites::new(&sites);

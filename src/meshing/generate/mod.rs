@@ -93,6 +93,7 @@ mod generator;
 mod machine;
 mod missing;
 mod off_centre;
+mod reason;
 mod recover;
 pub mod remesh;
 mod segments;
@@ -109,6 +110,7 @@ pub use cell_labels::CellLabels;
 pub use facets::Subfacet;
 pub use generator::{Rules, StageCounts};
 pub use machine::{Alone, Delaunay, MeshMachine};
+pub use reason::Coarse;
 pub use segments::Subsegment;
 pub use vertices::{Holders, Vertices};
 
@@ -139,6 +141,19 @@ pub struct GeneratedMesh<P: Space> {
 pub struct Missing {
     /// The features, ascending, with the numbers of missing parts.
     pub features: Vec<(Feature, u32)>,
+    /// Why they are missing.
+    pub reason: Reason,
+}
+
+/// The reason why parts of features are missing.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Reason {
+    /// Features meet at small angles.
+    Angles,
+    /// Points would be as close to each other as the rounding of coordinates.
+    Rounding,
+    /// The rounds of recovery did not suffice.
+    Rounds,
 }
 
 /// Errors of generation.
@@ -146,8 +161,9 @@ pub struct Missing {
 pub enum GenerationError<E> {
     /// The machine failed.
     Machine(E),
-    /// Features that meet at small angles could not be recovered.
+    /// Features could not be recovered.
     Missing(Missing),
+
     /// The mesh needs more vertices than the limit.
     TooMany(u64),
     /// The domain is not supported.

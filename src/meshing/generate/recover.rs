@@ -43,6 +43,7 @@ use super::missing::MissingParts;
 use super::segments::{Chains, Subsegment, subsegments_of};
 use super::witness::Near;
 use super::{GenerationError, Missing};
+use crate::frame::FINEST;
 use crate::space::Space;
 
 /// The largest radius of a witness, relative to the radius of its subfacet.
@@ -88,8 +89,10 @@ impl<P: Space, M: MeshMachine<P> + Sync> Generator<'_, P, M> {
             };
             let dividing = self.divided(planes, &chains, &missing);
             let finest = dividing.iter().map(|f| f.0.size).fold(f64::INFINITY, f64::min);
-            if round == MOST_ROUNDS || finest < self.coarse_rounding() {
-                return Err(GenerationError::Missing(Missing { features: missing.features() }));
+            let is_rounded = finest < self.coarse_rounding();
+            if round == MOST_ROUNDS || is_rounded {
+                let missing = Missing::of(self.domain, missing.features(), is_rounded);
+                return Err(GenerationError::Missing(missing));
             }
             if self.vertices.len() as u64 > self.rules.most {
                 return Err(GenerationError::TooMany(self.rules.most));
@@ -118,7 +121,7 @@ impl<P: Space, M: MeshMachine<P> + Sync> Generator<'_, P, M> {
     fn coarse_rounding(&self) -> f64 {
         let points = self.domain.points();
         let largest = points.iter().flat_map(|p| (0..P::DIM).map(|i| p.coord(i).abs())).fold(0.0, f64::max);
-        100.0 * ROUNDING * largest
+        100.0 * ROUNDING * largest + FINEST * self.domain.simplices.frame.grid()
     }
 
     /// Returns the facets that contain the vertices with indices from `first`.

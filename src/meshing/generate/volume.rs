@@ -113,7 +113,7 @@ impl<P: Space, M: MeshMachine<P> + Sync> Generator<'_, P, M> {
                 return Ok(());
             }
         }
-        Err(GenerationError::Missing(Missing { features: missing.features() }))
+        Err(GenerationError::Missing(Missing::of(self.domain, missing.features(), false)))
     }
 
     /// Returns `true` if the point lies outside all balls. Counts the visits of their trees.

@@ -18,7 +18,6 @@ use std::collections::BTreeMap;
 
 use septet_geometry::measure::circumcircle;
 use septet_geometry::point::{Point, dist2};
-use septet_geometry::range::scale;
 
 use super::CentrePlace;
 use super::promise::Promise;
@@ -88,7 +87,7 @@ impl<'a, P: Space> BoundaryBalls<'a, P> {
         size: &'a dyn Fn(P) -> f64,
         lipschitz: f64,
     ) -> Self {
-        let at = |v: u32| scale(mesh.points[v as usize], domain.simplices.exponent);
+        let at = |v: u32| domain.simplices.frame.inward(mesh.points[v as usize]);
         let subsegment = |ends: &[u32]| {
             let (p, q) = (at(ends[0]), at(ends[1]));
             ((p + q) * 0.5, 0.25 * dist2(p, q))

@@ -180,7 +180,7 @@ pub fn quality<P: Space>(domain: &Domain<P>, mesh: &Mesh<P>, measure: &Measure<'
     let mut assessor = Assessor {
         mesh,
         measure,
-        points: mesh.points.iter().map(|&p| scale(p, exponent)).collect(),
+        points: mesh.points.iter().map(|&p| domain.simplices.frame.inward(p)).collect(),
         sizes: mesh.sizes.iter().map(|&f| length(f)).collect(),
         features: BTreeMap::new(),
         out: empty(mesh.points.len() as u64, measure),

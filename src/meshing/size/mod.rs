@@ -29,6 +29,9 @@
 //! `loss <= (1+L) / 3`, this gives `k >= 1.5 sqrt(d)`. If no cell is dropped, the tree is therefore balanced
 //! ([`crate::octree`]), and every leaf has `lfs` between `(k - sqrt(d)/2) s` and `(2 k + 1.5 sqrt(d)) s`.
 //!
+//! Facets that are joined into flats ([`crate::flats`]) are one feature. Their inner segments and joints do not count,
+//! but f has a cone at each joint, whose height is the length of the shortest segment there.
+//!
 //! If features meet at an angle, lfs does not tend to zero along them, but points on the two features can be
 //! arbitrarily close. [`SizeFunction::collisions`] finds these features before any point is placed.
 //!
@@ -53,6 +56,7 @@ use thiserror::Error;
 use crate::distance::Features;
 use crate::domain::Domain;
 use crate::executor::{Evaluator, Sequential, Uncounted, always};
+use crate::frame::Frame;
 use crate::octree::{CellKey, Cube, Grown, Level, TooFine, grow};
 use crate::space::Space;
 use cones::{Cone, Cones};
@@ -139,7 +143,7 @@ impl<P: Space> SizeFunction<P> {
         options: &SizeOptions<P>,
         machine: &M,
     ) -> Result<Result<Self, SizeError>, M::Error> {
-        let constraints = match scaled(options, domain.simplices.exponent) {
+        let constraints = match scaled(options, &domain.simplices.frame) {
             Ok(constraints) => constraints,
             Err(error) => return Ok(Err(error)),
         };
@@ -157,6 +161,9 @@ impl<P: Space> SizeFunction<P> {
             Err(too_fine) => return Ok(Err(too_fine.into())),
         };
         cones.extend(grown.leaves.into_iter().map(|(_, cone)| cone));
+        if features.is_whole() {
+            cones.extend(spacing(domain));
+        }
         let cones = Cones::new(options.lipschitz, cones).filtered(machine)?;
         let regions = Regions::new(options.lipschitz, domain);
         Ok(Ok(SizeFunction { user, regions, cones, levels: grown.levels }))
@@ -222,6 +229,12 @@ impl<P: Space> Sizing<P> for SizeFunction<P> {
     }
 }
 
+/// Returns the cones at the corners of inner segments and lines.
+fn spacing<P: Space>(domain: &Domain<P>) -> impl Iterator<Item = Cone<P>> {
+    let at = |c: u32| domain.points()[domain.corners[c as usize] as usize];
+    domain.flats.spacing.iter().map(move |&(c, size)| Cone { at: at(c), size })
+}
+
 /// The tree and its cones, and the cones that are always present.
 type TreeAndFixed<P> = (Grown<Cone<P>>, Vec<Cone<P>>);
 
@@ -243,7 +256,7 @@ fn tree<P: Space, M: Evaluator<P>>(
 }
 
 /// Converts the constraints to the coordinates of the domain. Values out of range are an error.
-fn scaled<P: Space>(options: &SizeOptions<P>, exponent: i32) -> Result<Constraints<P>, SizeError> {
+fn scaled<P: Space>(options: &SizeOptions<P>, frame: &Frame<P>) -> Result<Constraints<P>, SizeError> {
     let most = (1.0 + options.lipschitz) / 3.0;
     if !(options.lipschitz > 0.0 && options.lipschitz < 1.0) {
         return Err(SizeError::Lipschitz(options.lipschitz));
@@ -252,13 +265,13 @@ fn scaled<P: Space>(options: &SizeOptions<P>, exponent: i32) -> Result<Constrain
         return Err(SizeError::Loss { loss: options.loss, most });
     }
     let length = |h: f64| {
-        let scaled = scale(P::splat(h), exponent).coord(0);
+        let scaled = scale(P::splat(h), frame.exponent).coord(0);
         let fine = h > 0.0 && h.is_finite() && scaled > 0.0 && scaled.is_finite();
         if fine { Ok(scaled) } else { Err(SizeError::Size(h)) }
     };
     let place = |p: P| {
         let finite = (0..P::DIM).all(|i| p.coord(i).is_finite());
-        if finite { Ok(scale(p, exponent)) } else { Err(SizeError::Place) }
+        if finite { Ok(frame.inward(p)) } else { Err(SizeError::Place) }
     };
     let constraints = &options.constraints;
     let field = constraints.field.iter().map(|c| Ok(Cone { at: place(c.at)?, size: length(c.size)? }));

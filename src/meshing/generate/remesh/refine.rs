@@ -5,7 +5,7 @@ use std::collections::BTreeMap;
 
 use septet_geometry::cost::{Cost, Sweep};
 use septet_geometry::incremental::facet_without;
-use septet_geometry::point::{Point, dist2, lex_cmp};
+use septet_geometry::point::{dist2, lex_cmp};
 use septet_geometry::range::scale;
 
 use super::deviation::{of_faces, of_vertices};
@@ -19,7 +19,7 @@ use super::topology::{crowded, lost, unfaced, useful};
 use crate::angles::cosine;
 use crate::bvh::Bvh;
 use crate::conformity::LOOSE;
-use crate::domain::Feature;
+use crate::domain::{Domain, Feature};
 use crate::executor::{Part, evaluated, in_sequence};
 use crate::generate::balls::{Ball, Balls};
 use crate::generate::generator::{Candidate, Generator};
@@ -215,14 +215,14 @@ impl<'a, P: Space, M: MeshMachine<P> + Sync> Refinement<'a, P, M> {
             let limit = SMALLEST * self.surface.diagonal();
             let stuck: Vec<_> = found.iter().copied().filter(|(site, _)| site.size <= limit).collect();
             if !stuck.is_empty() {
-                return Err(GenerationError::Missing(missing(&stuck)));
+                return Err(GenerationError::Missing(missing(self.generator.domain, &stuck, false)));
             }
             found = self.unmet(&found)?;
             last.clone_from(&found);
             self.insert(found)?;
             self.make_chords();
         }
-        Err(GenerationError::Missing(missing(&last)))
+        Err(GenerationError::Missing(missing(self.generator.domain, &last, false)))
     }
 
     /// Halves the limit for thin sheets if the boundary and the surface have different numbers of handles and there
@@ -243,10 +243,14 @@ impl<'a, P: Space, M: MeshMachine<P> + Sync> Refinement<'a, P, M> {
     fn unmet(&self, candidates: &[Candidate<P>]) -> Result<Vec<Candidate<P>>, GenerationError<M::Error>> {
         let mut points = self.generator.vertices.points.clone();
         points.sort_unstable_by(lex_cmp);
-        let is_new = |c: &&Candidate<P>| points.binary_search_by(|p| lex_cmp(p, &c.0.at)).is_err();
+        let frame = &self.generator.domain.simplices.frame;
+        let is_new = |c: &&Candidate<P>| {
+            let at = frame.snapped(c.0.at);
+            points.binary_search_by(|p| lex_cmp(p, &at)).is_err()
+        };
         let new: Vec<_> = candidates.iter().filter(is_new).copied().collect();
         if new.is_empty() && !candidates.is_empty() {
-            return Err(GenerationError::Missing(missing(candidates)));
+            return Err(GenerationError::Missing(missing(self.generator.domain, candidates, true)));
         }
         Ok(new)
     }
@@ -347,12 +351,12 @@ pub(super) fn ball<P: Space>(face: &RestrictedFace<P>) -> Ball<P> {
 }
 
 /// Returns the features on which candidates lie, with the number of candidates on each.
-fn missing<P: Point>(candidates: &[Candidate<P>]) -> Missing {
+fn missing<P: Space>(domain: &Domain<P>, candidates: &[Candidate<P>], is_rounded: bool) -> Missing {
     let mut features: BTreeMap<Feature, u32> = BTreeMap::new();
     for (_, carrier) in candidates {
         if let Some(feature) = carrier.feature() {
             *features.entry(feature).or_default() += 1;
         }
     }
-    Missing { features: features.into_iter().collect() }
+    Missing::of(domain, features.into_iter().collect(), is_rounded)
 }

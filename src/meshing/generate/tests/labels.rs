@@ -289,7 +289,7 @@ fn cells_lie_where_their_labels_say() {
     for case in &*SPACE {
         let (checked, flat) = (case.are_where_they_lie(), case.flat());
         println!("{}: {checked} of {} cells, {flat} flat", case.name, case.labels.len());
-        assert!(checked > 100, "{}: {checked}", case.name);
+        assert!(checked > 60, "{}: {checked}", case.name);
     }
     assert!(PLANE.are_where_they_lie() > 20);
     assert!(SPACE.iter().filter(|case| case.flat() > 0).count() >= 3);
