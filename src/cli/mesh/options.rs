@@ -33,7 +33,7 @@ fn not_for_checks() -> Vec<Id> {
 Examples:
   septet mesh part.poly --check
   septet mesh part.poly -o part.vtu
-  septet mesh scan.stl --size 0.5 --improve -o scan.msh
+  septet mesh scan.stl --size 0.5 -o scan.msh
 
 `septet mesh --help` lists all options.",
     after_long_help = "\
@@ -100,6 +100,7 @@ impl MeshArgs {
         }
         let given = self.mesh.options();
         needs("--singularity", given.has("singularity"), "--min-size", given.has("min-size"))?;
+        excludes("--improve", given.has("improve"), "--no-improve", given.has("no-improve"))?;
         excludes("--lipschitz", given.has("lipschitz"), "--radius-edge", given.has("radius-edge"))?;
         let mesh = given.spec()?;
         if let (Some(size), Some(least)) = (mesh.sizes.most, mesh.sizes.least)

@@ -49,11 +49,13 @@ pub fn conform<P: Triangulate>(domain: &Domain<P>, mesh: &Mesh<P>, request: &Mes
     let _span = stage_span(request.run.machine.name(), "conformity");
     match request.boundary_of(domain.kind) {
         Boundary::Exact => conformity::check(domain, mesh),
-        Boundary::Remesh => {
-            let follow = Follow { feature_angle: request.feature_angle, distance: request.max_distance };
-            conformity::check_remeshed(domain, mesh, &follow)
-        }
+        Boundary::Remesh => conformity::check_remeshed(domain, mesh, &follow(request)),
     }
+}
+
+/// Returns the requirements for a remeshed boundary.
+fn follow(request: &MeshSpec) -> Follow {
+    Follow { feature_angle: request.feature_angle, distance: request.max_distance }
 }
 
 /// Builds the size function of a request.
@@ -141,8 +143,8 @@ struct Built<P: Triangulate> {
 
 /// Generates a mesh of a domain without checking it. [`make`] also compares it with the domain.
 ///
-/// The counts of the stage `improve` have a special meaning: candidates are bad cells, points are moves, and rounds of
-/// completion are sweeps. The result is the same for every number of workers and threads and for every transport.
+/// The counts of the stage `improve` have a special meaning: candidates are bad cells, points are changes, and rounds of
+/// completion are rounds of changes. The result is the same for every number of workers and threads and for every transport.
 ///
 /// # Errors
 /// Returns [`MeshError`].
@@ -197,13 +199,13 @@ fn build<P: Triangulate>(
     if request.improve {
         let _span = stage_span(request.run.machine.name(), "improve");
         let start = Instant::now();
-        let fixed = request.remeshes(domain);
-        let target = Target { ratio: request.radius_edge(), fixed, ..Target::default() };
-        let done = improve(domain, &mut mesh, &target);
+        let follow = request.remeshes(domain).then(|| follow(request));
+        let target = Target { ratio: request.radius_edge(), follow, ..Target::default() };
+        let done = improve(domain, &mut mesh, &target, &AllCores);
         stages.push(StageLine {
             name: "improve".to_string(),
             candidates: done.bad[0],
-            points: done.moved,
+            points: done.changes(),
             completion_rounds: u64::from(done.sweeps),
             seconds: start.elapsed().as_secs_f64(),
             ..StageLine::default()

@@ -18,6 +18,7 @@ pub mod estimate;
 pub mod histogram;
 pub mod promise;
 pub mod ratio;
+pub mod reasons;
 pub mod shapes;
 pub mod zones;
 

@@ -254,7 +254,7 @@ fn improved_within_its_boundary() {
     let found = remeshed(&torus(0.4, 48, 24), Some(0.15), Options::default());
     let mut mesh = found.mesh.clone();
     let target = Target { fixed: true, ..Target::default() };
-    let done = improve(&found.domain, &mut mesh, &target);
+    let done = improve(&found.domain, &mut mesh, &target, &Sequential);
     let follow = Follow { feature_angle: ANGLE, distance: None };
     let conformity = check_remeshed(&found.domain, &mesh, &follow);
     assert!(conformity.is_clean(), "{conformity:?}");
@@ -264,7 +264,7 @@ fn improved_within_its_boundary() {
         let of = |c: &[u32; 4]| least_sine(&c.map(|v| mesh.points[v as usize]));
         mesh.cells.iter().map(of).fold(1.0, f64::min)
     };
-    assert!(done.moved > 0 && done.bad[1] < done.bad[0] && least(&mesh) >= least(&found.mesh), "{done:?}");
+    assert!(done.changes() > 0 && done.bad[1] < done.bad[0] && least(&mesh) >= least(&found.mesh), "{done:?}");
 }
 
 /// A prism over a nearly round polygon. Its rims are ridges, cut into parts that bend by at most 60 degrees.
