@@ -29,7 +29,7 @@ use septet_meshing::mesh::{Mesh, StageLine};
 use septet_meshing::quality::balls::BoundaryBalls;
 pub use septet_meshing::quality::promise::Promise;
 use septet_meshing::quality::zones::Zones;
-use septet_meshing::quality::{Measure, Quality, quality};
+use septet_meshing::quality::{Measure, Quality, quality_on};
 use septet_meshing::size::SizeFunction;
 use septet_workers::profile::stage_span;
 
@@ -48,8 +48,8 @@ use run_log::RunLog;
 pub fn conform<P: Triangulate>(domain: &Domain<P>, mesh: &Mesh<P>, request: &MeshSpec) -> Conformity {
     let _span = stage_span(request.run.machine.name(), "conformity");
     match request.boundary_of(domain.kind) {
-        Boundary::Exact => conformity::check(domain, mesh),
-        Boundary::Remesh => conformity::check_remeshed(domain, mesh, &follow(request)),
+        Boundary::Exact => conformity::check_on(domain, mesh, None, &AllCores),
+        Boundary::Remesh => conformity::check_on(domain, mesh, Some(&follow(request)), &AllCores),
     }
 }
 
@@ -110,7 +110,7 @@ pub fn assess<P: Triangulate>(
         promised: [None; 3],
         worst,
     };
-    quality(domain, mesh, &measure)
+    quality_on(domain, mesh, &measure, &AllCores)
 }
 
 /// Measures the quality of a mesh against its size function and the promised ratios.
@@ -129,7 +129,7 @@ pub fn measure<P: Triangulate>(
         promised: balls.promise(size.lipschitz()).all(),
         worst,
     };
-    quality(domain, mesh, &measure)
+    quality_on(domain, mesh, &measure, &AllCores)
 }
 
 /// A mesh before it is checked, with its stages and runs.

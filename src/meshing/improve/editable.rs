@@ -122,7 +122,9 @@ impl<P: Space> Editable<P> {
     /// Returns the other cell at a face of a cell.
     pub(super) fn across(&self, cell: u32, face: [u32; 3]) -> Option<u32> {
         let has = |c: &u32| *c != cell && face.iter().all(|v| self.cells[*c as usize].contains(v));
-        self.star(face[0]).iter().copied().find(has)
+        // The tip of a cone can have thousands of cells.
+        let fewest = face.into_iter().min_by_key(|&v| self.star(v).len())?;
+        self.star(fewest).iter().copied().find(has)
     }
 
     /// Returns the listed faces around a vertex, ascending.
@@ -190,7 +192,9 @@ impl<P: Space> Editable<P> {
         }
         touched.sort_unstable();
         touched.dedup();
-        for v in touched.into_iter().filter(|&v| v != NONE) {
+        // Changes at cells that share only a corner do not depend on each other, because it does not move.
+        let can_move = |v: &u32| *v != NONE && !matches!(self.carriers[*v as usize], Carrier::Corner(_));
+        for v in touched.into_iter().filter(can_move) {
             for &c in &self.stars[v as usize] {
                 self.failed[c as usize] = 0;
             }
@@ -261,7 +265,11 @@ impl<P: Space> Editable<P> {
         }
         mesh.cells = rows.iter().map(|r| r.0).collect();
         mesh.regions = rows.iter().map(|r| r.1).collect();
-        mesh.faces = self.faces.iter().map(|(&face, &facet)| self.listed(face, facet, &number, &new, domain)).collect();
+        mesh.faces = self
+            .faces
+            .iter()
+            .map(|(&face, &facet)| self.listed(face, facet, &number, &new, domain))
+            .collect();
         mesh.faces.sort_unstable_by_key(|face| (face.facet, face.vertices));
         let edge = |(&vertices, &segment): (&[u32; 2], &u32)| Edge {
             vertices: ascending(vertices.map(renumbered)),

@@ -55,7 +55,8 @@ fn link(row: [u32; 4], [a, b]: [u32; 2]) -> [u32; 2] {
     let mut rest = (0..4).filter(|&k| k != i && k != j);
     let (k, l) = (rest.next().unwrap_or_default(), rest.next().unwrap_or_default());
     let order = [i, j, k, l];
-    let inversions = (0..4).flat_map(|x| (x + 1..4).map(move |y| (x, y))).filter(|&(x, y)| order[x] > order[y]);
+    let inversions =
+        (0..4).flat_map(|x| (x + 1..4).map(move |y| (x, y))).filter(|&(x, y)| order[x] > order[y]);
     if inversions.count() % 2 == 0 { [row[k], row[l]] } else { [row[l], row[k]] }
 }
 
@@ -104,7 +105,11 @@ impl Around {
 }
 
 /// Returns the best change that removes an edge.
-pub(super) fn remove_edge<P: Space>(mesh: &Editable<P>, rules: &Rules<'_, P>, edge: [u32; 2]) -> Option<Change<P>> {
+pub(super) fn remove_edge<P: Space>(
+    mesh: &Editable<P>,
+    rules: &Rules<'_, P>,
+    edge: [u32; 2],
+) -> Option<Change<P>> {
     let around = Around::new(mesh, edge)?;
     let (before, worst) = measured(mesh, &around.cells);
     let mut change = Change::of(Kind::Flip, Grade::BEST, around.cells.clone(), Vec::new());
@@ -163,7 +168,7 @@ fn walls<P: Space>(
     let sized = |face: &[u32; 3]| (mesh.triangle(*face), size_of(mesh, *face));
     let old: Vec<_> = change.lost_faces.iter().map(sized).collect();
     let made: Vec<_> = new.iter().map(sized).collect();
-    if !surface.permits(&old, &made) {
+    if !surface.permits(&old, || surface.off_all(&old), &made) {
         return None;
     }
     let facet = |face: [u32; 3]| {

@@ -52,9 +52,8 @@ pub(super) fn insert<P: Space>(mesh: &Editable<P>, rules: &Rules<'_, P>, cell: u
 
 fn seeds<P: Space>(mesh: &Editable<P>, rules: &Rules<'_, P>, cell: u32) -> Vec<Seed<P>> {
     let row = mesh.cells[cell as usize];
-    let middle = |of: &[u32]| {
-        of.iter().fold(P::splat(0.0), |sum, &v| sum + mesh.points[v as usize] / of.len() as f64)
-    };
+    let middle =
+        |of: &[u32]| of.iter().fold(P::splat(0.0), |sum, &v| sum + mesh.points[v as usize] / of.len() as f64);
     let mut found =
         vec![Seed { at: middle(&row), carrier: Carrier::Volume, of: row.to_vec(), cells: vec![cell] }];
     let can_divide = rules.surface.is_none() && !rules.target.fixed;
@@ -125,7 +124,8 @@ impl<P: Space> Cavity<'_, P> {
         }
         let mut best: Option<(f64, Vec<u32>, Vec<Side>)> = None;
         for _ in 0..STEPS {
-            let worst = *self.sides.iter().min_by(|a, b| a.sine.total_cmp(&b.sine).then(a.key.cmp(&b.key)))?;
+            let worst =
+                *self.sides.iter().min_by(|a, b| a.sine.total_cmp(&b.sine).then(a.key.cmp(&b.key)))?;
             if worst.sine > best.as_ref().map_or(0.0, |b| b.0) {
                 best = Some((worst.sine, self.cells.clone(), self.sides.clone()));
             }
@@ -166,7 +166,8 @@ fn grown<P: Space>(mesh: &Editable<P>, rules: &Rules<'_, P>, seed: &Seed<P>) -> 
         }
         _ => Some((centre + d * step, seed.carrier)),
     };
-    let (placed, grade) = fan.climb(rules, (start, 0.1 * size), first, place, |_| true);
+    let (placed, grade) =
+        fan.climb(rules, (start, 0.1 * size), first, place, |at, carrier| Some((at, carrier)));
     if !grade.is_worth(before, rules.wanted) {
         return None;
     }
@@ -189,9 +190,11 @@ fn keeps<P: Space>(mesh: &Editable<P>, seed: &Seed<P>, cells: &[u32], sides: &[S
         let is_vertex_kept = |&v: &u32| {
             mesh.carriers[v as usize] == Carrier::Volume || sides.iter().any(|s| s.key.contains(&v))
         };
-        let edges = (0..4).flat_map(|i| (0..i).map(move |j| (i, j))).map(|(i, j)| ascending([row[i], row[j]]));
+        let edges =
+            (0..4).flat_map(|i| (0..i).map(move |j| (i, j))).map(|(i, j)| ascending([row[i], row[j]]));
         let mut listed = edges.filter(|e| mesh.edges.contains_key(e) && !is_seed(e));
-        row.iter().all(is_vertex_kept) && listed.all(|e| sides.iter().any(|s| e.iter().all(|v| s.key.contains(v))))
+        row.iter().all(is_vertex_kept)
+            && listed.all(|e| sides.iter().any(|s| e.iter().all(|v| s.key.contains(v))))
     })
 }
 

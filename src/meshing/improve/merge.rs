@@ -27,7 +27,8 @@ pub(super) fn merge<P: Space>(mesh: &Editable<P>, rules: &Rules<'_, P>, v: u32) 
         return None;
     }
     let star = mesh.star(v);
-    let mut neighbours: Vec<u32> = star.iter().flat_map(|&c| mesh.cells[c as usize]).filter(|&w| w != v).collect();
+    let mut neighbours: Vec<u32> =
+        star.iter().flat_map(|&c| mesh.cells[c as usize]).filter(|&w| w != v).collect();
     neighbours.sort_unstable();
     neighbours.dedup();
     let (before, worst) = measured(mesh, star);

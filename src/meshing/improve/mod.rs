@@ -11,8 +11,8 @@
 //!   the old ones, and their least angle is not below the smaller of the target and the old least angle.
 //! - *The mesh still conforms.* New cells are positive (exact sign), and they cover the old ones, except for cells that
 //!   are peeled. The proof for each kind of change is in its file. [`crate::conformity`] checks the result.
-//! - *It ends.* Each change raises the least sine of the cells that it replaces. The number of rounds is limited, since
-//!   the gains may become small.
+//! - *It ends.* Each change raises the least sine of the cells that it replaces. The numbers of rounds and of searches
+//!   are limited, because some angles of an input forbid the target.
 //! - The mesh is no longer Delaunay where cells have changed. No radius-edge ratio rises above the larger of the bound
 //!   and the worst previous ratio of the replaced cells.
 //!
@@ -107,6 +107,10 @@ impl Improved {
 /// The largest part of the volume that the changes of a remeshed boundary may remove.
 const SHRINKS: f64 = 1e-3;
 
+/// The largest number of bad cells for which changes are searched, in all rounds together, is the number of cells and
+/// this number. It bounds the work if the angles of the input forbid the target.
+const EFFORT: usize = 5000;
+
 /// The number of levels of changes.
 const LEVELS: u8 = 2;
 
@@ -137,10 +141,16 @@ fn rounds<P: Space>(rules: &Rules<'_, P>, mesh: &mut Editable<P>, executor: &imp
     let mut bad = mesh.bad(rules.wanted);
     let mut done = Improved { bad: [bad.len() as u64; 2], ..Improved::default() };
     let mut room = SHRINKS * mesh.volume();
+    let mut effort = mesh.cells.len() + EFFORT;
     while done.sweeps < rules.target.sweeps {
         let failed = |c: &u32| mesh.failed[*c as usize];
         let Some(level) = bad.iter().map(failed).min().filter(|&level| level < LEVELS) else { break };
         bad.retain(|c| failed(c) == level);
+        bad.truncate(effort);
+        effort -= bad.len();
+        if bad.is_empty() {
+            break;
+        }
         done.sweeps += 1;
         let found = executor.map(&bad, |&cell| propose(mesh, rules, cell, level));
         for (&cell, change) in bad.iter().zip(&found) {
@@ -157,7 +167,7 @@ fn rounds<P: Space>(rules: &Rules<'_, P>, mesh: &mut Editable<P>, executor: &imp
         }
         bad = mesh.bad(rules.wanted);
     }
-    done.bad[1] = bad.len() as u64;
+    done.bad[1] = mesh.bad(rules.wanted).len() as u64;
     done
 }
 

@@ -13,6 +13,8 @@
 //!
 //! **Work and depth.** O(1) for a vertex.
 
+use std::cell::OnceCell;
+
 use septet_geometry::point::Point;
 
 use super::change::{Change, Kind, Placed};
@@ -25,6 +27,9 @@ use crate::space::Space;
 
 /// The number of rounds of a search.
 const SEARCHES: u32 = 10;
+
+/// A search ends if no step of this part of the first one, or of more, helps.
+const FUTILE: f64 = 0.05;
 
 /// The cells around a moving vertex, as rows of points.
 pub(super) struct Fan<P> {
@@ -53,30 +58,37 @@ impl<P: Space> Fan<P> {
         Some(all)
     }
 
-    /// Searches for a better position, from a position with this grade. `place` maps a wish to a permitted position
-    /// and its carrier, and `permits` decides about positions that are better.
+    /// Searches for a better position, from a position with this grade. `place` maps a direction and a step to a
+    /// position and its carrier. `settle` maps a better position to a permitted one.
     pub(super) fn climb(
         &self,
         rules: &Rules<'_, P>,
         (start, mut step): (Placed<P>, f64),
         mut best: Grade,
         place: impl Fn(P, P, f64) -> Option<(P, Carrier)>,
-        permits: impl Fn(P) -> bool,
+        settle: impl Fn(P, Carrier) -> Option<(P, Carrier)>,
     ) -> (Placed<P>, Grade) {
-        let mut found = start;
+        let (mut found, first_step) = (start, step);
         let directions = directions::<P>();
         for _ in 0..SEARCHES {
             let centre = found.at;
             for &d in &directions {
-                let Some((at, carrier)) = place(centre, d, step) else { continue };
-                let Some(grade) = self.at(rules, at, best.sine) else { continue };
-                if grade.may_replace(best, rules.wanted) && permits(at) {
+                let better = |at: P, above: Grade| {
+                    self.at(rules, at, above.sine).filter(|grade| grade.may_replace(above, rules.wanted))
+                };
+                let Some((wish, carrier)) = place(centre, d, step) else { continue };
+                let settled = better(wish, best).and_then(|_| settle(wish, carrier));
+                let Some((at, carrier)) = settled else { continue };
+                if let Some(grade) = better(at, best) {
                     best = grade;
                     found = Placed { at, carrier, ..found };
                 }
             }
             if found.at == centre {
                 step *= 0.5;
+            }
+            if found.at == start.at && step < FUTILE * first_step {
+                break;
             }
             if best.sine > 1.2 * rules.wanted {
                 break;
@@ -114,22 +126,25 @@ pub(super) fn slide<P: Space>(mesh: &Editable<P>, rules: &Rules<'_, P>, v: u32) 
         return None;
     }
     let place = |centre: P, d: P, step: f64| match carrier {
-        Carrier::Facet(f) if rules.surface.is_none() => {
-            let n = rules.normals[f as usize];
-            Some((centre + (d - n * n.dot(d)) * step, carrier))
-        }
         Carrier::Facet(f) => {
             let n = rules.normals[f as usize];
-            let wish = centre + (d - n * n.dot(d)) * step;
-            let (at, facet) = rules.surface.as_ref()?.place(wish, &rules.normals)?;
-            Some((at, Carrier::Facet(facet)))
+            Some((centre + (d - n * n.dot(d)) * step, carrier))
         }
         Carrier::Segment(_) => chain.as_ref().and_then(|c| c.place(centre, d, step)).map(|p| (p, carrier)),
         _ => Some((centre + d * step, carrier)),
     };
     let faces = boundary(mesh, rules, v);
-    let permits = |at: P| {
-        let Some((surface, old)) = rules.surface.as_ref().zip(faces.as_ref()) else { return true };
+    let off = OnceCell::new();
+    let settle = |wish: P, carrier: Carrier| {
+        let Some((surface, old)) = rules.surface.as_ref().zip(faces.as_ref()) else {
+            return Some((wish, carrier));
+        };
+        let (at, carrier) = match carrier {
+            Carrier::Facet(_) => {
+                surface.place(wish, &rules.normals).map(|(at, facet)| (at, Carrier::Facet(facet)))?
+            }
+            _ => (wish, carrier),
+        };
         let moved = |&((face, size), slot): &(Sized<P>, usize)| {
             let mut face = face;
             face[slot] = at;
@@ -137,9 +152,10 @@ pub(super) fn slide<P: Space>(mesh: &Editable<P>, rules: &Rules<'_, P>, v: u32) 
         };
         let new: Vec<Sized<P>> = old.iter().map(moved).collect();
         let old: Vec<Sized<P>> = old.iter().map(|f| f.0).collect();
-        turns_little(&old, &new) && surface.permits(&old, &new)
+        let before = || *off.get_or_init(|| surface.off_all(&old));
+        (turns_little(&old, &new) && surface.permits(&old, before, &new)).then_some((at, carrier))
     };
-    let (placed, grade) = fan.climb(rules, (start, 0.25 * start.size), before, place, permits);
+    let (placed, grade) = fan.climb(rules, (start, 0.25 * start.size), before, place, settle);
     let mut change = Change::of(Kind::Move, grade, star.to_vec(), Vec::new());
     change.placed = Some(placed);
     (placed.at != start.at && grade.is_worth(before, rules.wanted)).then_some(change)
@@ -194,7 +210,10 @@ fn chain<P: Space>(mesh: &Editable<P>, rules: &Rules<'_, P>, v: u32) -> Option<C
     let mut neighbours: Vec<u32> = mesh.star(v).iter().flat_map(|&c| mesh.cells[c as usize]).collect();
     neighbours.sort_unstable();
     neighbours.dedup();
-    for w in neighbours.into_iter().filter(|&w| w != v && mesh.edges.contains_key(&crate::space::ascending([v, w]))) {
+    for w in neighbours
+        .into_iter()
+        .filter(|&w| w != v && mesh.edges.contains_key(&crate::space::ascending([v, w])))
+    {
         let [own, other] = [v, w].map(|w| t(mesh.points[w as usize]));
         if other < own {
             between[0] = between[0].max(other);

@@ -46,9 +46,8 @@ impl<'a, P: Space> Rules<'a, P> {
     /// Returns the grade of a new cell, or `None` if the cell is not positive or its radius-edge ratio is too large.
     pub(super) fn admits(&self, cell: &[P], ratio: f64) -> Option<Grade> {
         let grade = grade(cell);
-        let is_good = grade.sine > 0.0
-            && radius_edge_ratio(cell) <= ratio
-            && orientation(cell) == Sign::Positive;
+        let is_good =
+            grade.sine > 0.0 && radius_edge_ratio(cell) <= ratio && orientation(cell) == Sign::Positive;
         is_good.then_some(grade)
     }
 

@@ -102,10 +102,18 @@ impl<P: Space> Surface<P> {
         places.map(distance).fold(0.0, f64::max).sqrt()
     }
 
-    /// Returns `true` if new faces may replace old ones.
-    pub(super) fn permits(&self, old: &[Sized<P>], new: &[Sized<P>]) -> bool {
-        let before = old.iter().map(|f| self.off(f.0)).fold(0.0, f64::max);
-        if !new.iter().all(|&(face, size)| self.off(face) <= self.aim(size).max(before)) {
+    /// Returns the largest distance of some faces from the surface.
+    pub(super) fn off_all(&self, faces: &[Sized<P>]) -> f64 {
+        faces.iter().map(|f| self.off(f.0)).fold(0.0, f64::max)
+    }
+
+    /// Returns `true` if new faces may replace old ones. `before` returns the distance of the old ones.
+    pub(super) fn permits(&self, old: &[Sized<P>], before: impl Fn() -> f64, new: &[Sized<P>]) -> bool {
+        let fits = |&(face, size): &Sized<P>| {
+            let off = self.off(face);
+            off <= self.aim(size) || off <= before()
+        };
+        if !new.iter().all(fits) {
             return false;
         }
         let reach = old.iter().map(|f| self.distance.unwrap_or(f.1)).fold(0.0, f64::max);

@@ -378,7 +378,7 @@ def mesh(
     boundary: Literal["exact", "remesh"] | None = None,
     max_distance: float | None = None,
     feature_angle: float = 60.0,
-    improve: bool = False,
+    improve: bool = True,
     threads: int | None = None,
     seed: int = 1,
     max_memory: int | None = None,

@@ -110,7 +110,7 @@ def mesh(
     boundary: Optional[str] = None,
     max_distance: Optional[float] = None,
     feature_angle: float = 60.0,
-    improve: bool = False,
+    improve: bool = True,
     threads: Optional[int] = None,
     seed: int = 1,
     max_memory: Optional[int] = None,
@@ -136,7 +136,7 @@ def mesh(
     feature_angle : float, optional
         Edges whose faces turn by more degrees are ridges.
     improve : bool, optional
-        Whether slivers are removed.
+        Whether cells with small angles are removed.
     threads : int, optional
         Number of threads; all cores by default.
     seed : int, optional
@@ -174,8 +174,8 @@ def mesh(
         raise OptionError("min_size is larger than size and would override it everywhere; reduce min_size, or omit it")
     if boundary is not None:
         options.append(("boundary", arguments.word(boundary, "boundary", ("exact", "remesh"))))
-    if improve:
-        options.append(("improve", "true"))
+    if not improve:
+        options.append(("no-improve", "true"))
     count = arguments.threads(threads)
     if count is not None:
         options.append(("threads", str(count)))

@@ -105,7 +105,12 @@ impl MeshReport {
             runs: run_log.runs.clone(),
             radius_edge: places.map(|(name, p)| place(domain, name, p, id)).collect(),
             features: features.collect(),
-            quality: quality_report(domain, quality, id, request.remeshes(domain).then_some(request.feature_angle)),
+            quality: quality_report(
+                domain,
+                quality,
+                id,
+                request.remeshes(domain).then_some(request.feature_angle),
+            ),
             conformity: conformity_report(conformity),
             deviation: conformity.deviation.map(|d| DeviationReport {
                 of_boundary: d.of_boundary,

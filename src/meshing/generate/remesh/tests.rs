@@ -264,7 +264,10 @@ fn improved_within_its_boundary() {
         let of = |c: &[u32; 4]| least_sine(&c.map(|v| mesh.points[v as usize]));
         mesh.cells.iter().map(of).fold(1.0, f64::min)
     };
-    assert!(done.changes() > 0 && done.bad[1] < done.bad[0] && least(&mesh) >= least(&found.mesh), "{done:?}");
+    assert!(
+        done.changes() > 0 && done.bad[1] < done.bad[0] && least(&mesh) >= least(&found.mesh),
+        "{done:?}"
+    );
 }
 
 /// A prism over a nearly round polygon. Its rims are ridges, cut into parts that bend by at most 60 degrees.
