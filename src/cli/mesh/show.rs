@@ -108,7 +108,8 @@ fn worst<P: Triangulate>(checked: &CheckedMesh<'_, P>, first_id: u64) -> Option<
     let feature_angle = request.remeshes(domain).then_some(request.feature_angle);
     let reasons = reasons(domain, std::slice::from_ref(cell), feature_angle);
     let reason = reason_text(domain, reasons.first()?, first_id);
-    Some(row("", format!("the cell with the smallest angle is at {:?}: {reason}", cell.at)))
+    let at: Vec<String> = (0..P::DIM).map(|i| format!("{:.6}", cell.at.coord(i))).collect();
+    Some(row("", format!("the cell with the smallest angle is at ({}): {reason}", at.join(", "))))
 }
 
 /// Describes the range of the angles, and the slivers.
