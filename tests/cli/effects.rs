@@ -132,6 +132,7 @@ const NOT_FOR_CHECKS: [&str; 27] = [
     "--radius-edge 2",
     "--min-size 1",
     "--improve",
+    "--no-improve",
     "--by-recursion",
     "--workers 2",
     "--leaf 9",

@@ -247,7 +247,7 @@ impl Job<'_> {
         }
         let rendered = |format, which| report.tables(format, which);
         files.extend(self.tables.write(&rendered)?);
-        for line in summary(checked) {
+        for line in summary(checked, self.first_id) {
             talk.note(line);
         }
         let seconds =

@@ -34,7 +34,7 @@ fn not_for_checks() -> Vec<Id> {
 Examples:
   septet mesh part.poly --check
   septet mesh part.poly -o part.vtu
-  septet mesh scan.stl --size 0.5 --improve -o scan.msh
+  septet mesh scan.stl --size 0.5 -o scan.msh
 
 `septet mesh --help` lists all options.",
     after_long_help = "\
@@ -107,6 +107,7 @@ impl MeshArgs {
         }
         let given = self.mesh.options();
         needs("--singularity", given.has("singularity"), "--min-size", given.has("min-size"))?;
+        excludes("--improve", given.has("improve"), "--no-improve", given.has("no-improve"))?;
         excludes("--lipschitz", given.has("lipschitz"), "--radius-edge", given.has("radius-edge"))?;
         excludes("--strict", given.has("strict"), "--weld", given.has("weld"))?;
         excludes("--strict", given.has("strict"), "--repair", given.has("repair"))?;

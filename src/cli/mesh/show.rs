@@ -3,13 +3,17 @@
 use septet_geometry::point::Point;
 use septet_meshing::facet::Triangulate;
 use septet_meshing::quality::histogram::Histogram;
+use septet_meshing::quality::reasons::reasons;
 use septet_meshing::quality::{Quality, SLIVER_RATIO, SLIVERS};
 
 use crate::page::histograms::{Drawn, svg};
 use crate::summary::row;
 use crate::text::counted;
 use septet_core::mesh::Promise;
-use septet_lab::report::mesh::CheckedMesh;
+use septet_lab::report::mesh::{CheckedMesh, reason_text};
+
+/// The smallest angle, in degrees, that needs no reason.
+const FAIR: f64 = 12.0;
 
 /// Draws the histograms. Returns the file name and the SVG text of each.
 pub fn figures<P: Point>(quality: &Quality<P>, promise: Promise) -> Vec<(String, String)> {
@@ -30,7 +34,7 @@ pub fn figures<P: Point>(quality: &Quality<P>, promise: Promise) -> Vec<(String,
 
 /// Formats a summary in a few lines: conformity, quality with its bound, boundary and angles. A line about a weakness
 /// names the option that improves it.
-pub fn summary<P: Triangulate>(checked: &CheckedMesh<'_, P>) -> Vec<String> {
+pub fn summary<P: Triangulate>(checked: &CheckedMesh<'_, P>, first_id: u64) -> Vec<String> {
     let CheckedMesh { mesh, conformity, .. } = *checked;
     let state = match conformity.defects.len() {
         0 => "conforms to its domain".to_owned(),
@@ -42,6 +46,7 @@ pub fn summary<P: Triangulate>(checked: &CheckedMesh<'_, P>) -> Vec<String> {
     lines.extend(radius_edge(checked));
     lines.extend(surface(checked));
     lines.extend(angles(checked));
+    lines.extend(worst(checked, first_id));
     lines
 }
 
@@ -96,6 +101,17 @@ fn surface<P: Triangulate>(checked: &CheckedMesh<'_, P>) -> Vec<String> {
     lines
 }
 
+/// Names the reason for the smallest angle, if it is below [`FAIR`] after an improvement.
+fn worst<P: Triangulate>(checked: &CheckedMesh<'_, P>, first_id: u64) -> Option<String> {
+    let CheckedMesh { domain, request, quality, .. } = *checked;
+    let cell = quality.thinnest.first().filter(|cell| request.improve && cell.angles[0] < FAIR)?;
+    let feature_angle = request.remeshes(domain).then_some(request.feature_angle);
+    let reasons = reasons(domain, std::slice::from_ref(cell), feature_angle);
+    let reason = reason_text(domain, reasons.first()?, first_id);
+    let at: Vec<String> = (0..P::DIM).map(|i| format!("{:.6}", cell.at.coord(i))).collect();
+    Some(row("", format!("the cell with the smallest angle is at ({}): {reason}", at.join(", "))))
+}
+
 /// Describes the range of the angles, and the slivers.
 fn angles<P: Triangulate>(checked: &CheckedMesh<'_, P>) -> Vec<String> {
     let quality = checked.quality;
@@ -106,7 +122,7 @@ fn angles<P: Triangulate>(checked: &CheckedMesh<'_, P>) -> Vec<String> {
         format!("{angle} from {:.2} to {:.2} degrees", quality.angles.least, quality.angles.most),
     )];
     if P::DIM == 3 && number > 0 {
-        let help = if checked.request.improve { "" } else { "; --improve removes most of them" };
+        let help = if checked.request.improve { "" } else { "; the mesh is as generated (--no-improve)" };
         let slivers = counted(number, "sliver");
         let text = format!(
             "{slivers}: an angle below {limit} degrees and a radius-edge ratio below {SLIVER_RATIO}{help}"

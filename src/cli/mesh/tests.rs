@@ -365,7 +365,7 @@ fn the_report_says_what_was_found() {
     assert!(
         carried.starts_with("point ") || carried.starts_with("segment ") || carried.starts_with("facet ")
     );
-    assert!(summary(&checked)[0].contains("27 points, 48 cells: the mesh conforms"));
+    assert!(summary(&checked, 0)[0].contains("27 points, 48 cells: the mesh conforms"));
     let drawn = figures(&quality, Promise::of(0.5));
     assert_eq!(drawn.len(), 6);
     assert!(drawn[0].0 == "radius-edge.svg" && drawn[0].1.contains("bound 2.0000"));

@@ -29,7 +29,7 @@ use septet_meshing::mesh::{Mesh, StageLine};
 use septet_meshing::quality::balls::BoundaryBalls;
 pub use septet_meshing::quality::promise::Promise;
 use septet_meshing::quality::zones::Zones;
-use septet_meshing::quality::{Measure, Quality, quality};
+use septet_meshing::quality::{Measure, Quality, quality_on};
 use septet_meshing::size::SizeFunction;
 use septet_workers::profile::stage_span;
 
@@ -48,11 +48,15 @@ use run_log::RunLog;
 pub fn conform<P: Triangulate>(domain: &Domain<P>, mesh: &Mesh<P>, request: &MeshSpec) -> Conformity {
     let _span = stage_span(request.run.machine.name(), "conformity");
     if request.remeshes(domain) {
-        let follow = Follow { feature_angle: request.feature_angle, distance: request.max_distance };
-        conformity::check_remeshed(domain, mesh, &follow)
+        conformity::check_on(domain, mesh, Some(&follow(request)), &AllCores)
     } else {
-        conformity::check(domain, mesh)
+        conformity::check_on(domain, mesh, None, &AllCores)
     }
+}
+
+/// Returns the requirements for a remeshed boundary.
+fn follow(request: &MeshSpec) -> Follow {
+    Follow { feature_angle: request.feature_angle, distance: request.max_distance }
 }
 
 /// Builds the size function of a request.
@@ -111,7 +115,7 @@ pub fn assess<P: Triangulate>(
         promised: [None; 3],
         worst,
     };
-    quality(domain, mesh, &measure)
+    quality_on(domain, mesh, &measure, &AllCores)
 }
 
 /// Measures the quality of a mesh against its size function and the promised ratios.
@@ -130,7 +134,7 @@ pub fn measure<P: Triangulate>(
         promised: balls.promise(size.lipschitz()).all(),
         worst,
     };
-    quality(domain, mesh, &measure)
+    quality_on(domain, mesh, &measure, &AllCores)
 }
 
 /// A mesh before it is checked, with its stages and runs.
@@ -144,8 +148,8 @@ struct Built<P: Triangulate> {
 
 /// Generates a mesh of a domain without checking it. [`make`] also compares it with the domain.
 ///
-/// The counts of the stage `improve` have a special meaning: candidates are bad cells, points are moves, and rounds of
-/// completion are sweeps. The result is the same for every number of workers and threads and for every transport.
+/// The counts of the stage `improve` have a special meaning: candidates are bad cells, points are changes, and rounds of
+/// completion are rounds of changes. The result is the same for every number of workers and threads and for every transport.
 ///
 /// # Errors
 /// Returns [`MeshError`].
@@ -200,13 +204,13 @@ fn build<P: Triangulate>(
     if request.improve {
         let _span = stage_span(request.run.machine.name(), "improve");
         let start = Instant::now();
-        let fixed = request.remeshes(domain);
-        let target = Target { ratio: request.radius_edge(), fixed, ..Target::default() };
-        let done = improve(domain, &mut mesh, &target);
+        let follow = request.remeshes(domain).then(|| follow(request));
+        let target = Target { ratio: request.radius_edge(), follow, ..Target::default() };
+        let done = improve(domain, &mut mesh, &target, &AllCores);
         stages.push(StageLine {
             name: "improve".to_string(),
             candidates: done.bad[0],
-            points: done.moved,
+            points: done.changes(),
             completion_rounds: u64::from(done.sweeps),
             seconds: start.elapsed().as_secs_f64(),
             ..StageLine::default()

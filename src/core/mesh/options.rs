@@ -205,10 +205,19 @@ pub static MESH_OPTIONS: &[Row<MeshSpec>] = &[
     ),
     option!(
         MeshSpec, "improve", "improve",
-        "Remove slivers: cells with small dihedral angles\n\nVertices move until no angle is below 16 degrees, if possible.",
+        "Remove cells with small angles (the default)\n\nCells are flipped, and vertices are moved, inserted and merged, until \
+         no angle is below 16 degrees, if possible.",
         bool,
         |s| s.improve,
         |s, is_set| { s.improve = is_set; Ok(()) },
+        { is_flag: true, commands: Commands::MESH, heading: Heading::Sizes, matters: Matters::Cells }
+    ),
+    option!(
+        MeshSpec, "no-improve", "no_improve",
+        "Keep the Delaunay mesh of the generator with its slivers",
+        bool,
+        |s| !s.improve,
+        |s, is_set| { s.improve = !is_set; Ok(()) },
         { is_flag: true, commands: Commands::MESH, heading: Heading::Sizes, is_common: true, matters: Matters::Cells }
     ),
     option!(
@@ -244,7 +253,7 @@ mod tests {
         let Sizes { most: _, least: _, field: _, singularity: _, lipschitz: _ } = sizes;
         let names: Vec<&str> = MESH_OPTIONS.iter().map(|row| row.name).collect();
         let fields = "weld repair strict boundary size singularity lipschitz radius-edge min-size feature-angle max-distance \
-                      improve by-recursion";
+                      improve no-improve by-recursion";
         assert_eq!(names.join(" "), fields);
     }
 

@@ -116,7 +116,7 @@ pub struct MeshSpec {
     pub feature_angle: f64,
     /// The largest distance between a surface and the remeshed boundary.
     pub max_distance: Option<f64>,
-    /// Whether slivers are removed.
+    /// Whether cells with small angles are removed. It is the default.
     pub improve: bool,
     /// Whether triangulations run by the paper's recursion. Their work and depth are then those of the paper, and do not
     /// depend on the number of workers. The mesh is the same.
@@ -132,7 +132,7 @@ impl Default for MeshSpec {
             sizes: Sizes::default(),
             feature_angle: DEFAULT_FEATURE_ANGLE,
             max_distance: None,
-            improve: false,
+            improve: true,
             by_recursion: false,
         }
     }

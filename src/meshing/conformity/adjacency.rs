@@ -6,8 +6,12 @@ use septet_geometry::point::Simplex;
 
 use super::checker::Checker;
 use super::defect::MeshDefect;
+use crate::executor::Executor;
 use crate::mesh::OUTSIDE;
 use crate::space::Space;
+
+/// The number of ranges of points.
+const RANGES: usize = 64;
 
 /// A facet of a cell.
 #[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
@@ -35,9 +39,33 @@ fn sorted<S: Simplex>(mut simplex: S) -> (S, bool) {
 }
 
 impl<P: Space> Checker<'_, P> {
-    fn sides(&self) -> Vec<Side<P::Facet>> {
-        let mut sides = Vec::with_capacity(self.mesh.cells.len() * (P::DIM + 1));
-        for (row, cell) in self.mesh.cells.iter().enumerate() {
+    /// Returns the facets of all cells, sorted. Each item of the map sorts the facets whose smallest points are in a
+    /// range.
+    fn sides(&self, executor: &impl Executor) -> Vec<Side<P::Facet>> {
+        let width = self.mesh.points.len().div_ceil(RANGES).max(1) as u32;
+        let numbered: Vec<u32> = (0..self.mesh.cells.len() as u32).collect();
+        let chunks: Vec<&[u32]> = numbered.chunks(numbered.len().div_ceil(RANGES).max(1)).collect();
+        let parts = executor.map(&chunks, |rows| {
+            let mut parts: Vec<Vec<Side<P::Facet>>> = vec![Vec::new(); RANGES];
+            for side in self.sides_of(rows) {
+                parts[(side.key.as_ref()[0] / width) as usize].push(side);
+            }
+            parts
+        });
+        let ranges: Vec<usize> = (0..RANGES).collect();
+        let sorted = executor.map(&ranges, |&range| {
+            let mut sides: Vec<Side<P::Facet>> =
+                parts.iter().flat_map(|part| part[range].iter().copied()).collect();
+            sides.sort_unstable();
+            sides
+        });
+        sorted.concat()
+    }
+
+    fn sides_of(&self, rows: &[u32]) -> Vec<Side<P::Facet>> {
+        let mut sides = Vec::with_capacity(rows.len() * (P::DIM + 1));
+        for &row in rows {
+            let cell = &self.mesh.cells[row as usize];
             let vertices = cell.as_ref();
             for i in 0..=P::DIM {
                 let mut facet = P::Facet::splat(0);
@@ -46,22 +74,21 @@ impl<P: Space> Checker<'_, P> {
                     *slot = v;
                 }
                 let (key, odd) = sorted(facet);
-                sides.push(Side { key, cell: row as u32, inside: odd ^ (i % 2 == 1) });
+                sides.push(Side { key, cell: row, inside: odd ^ (i % 2 == 1) });
             }
         }
-        sides.sort_unstable();
         sides
     }
 
     /// Checks parts 1 and 2 of the statement of [`super::check`].
-    pub(super) fn faces(&mut self) {
+    pub(super) fn faces(&mut self, executor: &impl Executor) {
         let mut faces: BTreeMap<P::Facet, u32> = BTreeMap::new();
         for (row, face) in self.mesh.faces.iter().enumerate() {
             if faces.insert(sorted(face.vertices).0, row as u32).is_some() {
                 self.report(MeshDefect::Twice { what: "face", row: row as u32 });
             }
         }
-        let sides = self.sides();
+        let sides = self.sides(executor);
         let mut seen = vec![false; self.mesh.faces.len()];
         for group in sides.chunk_by(|a, b| a.key == b.key) {
             let cells: Vec<u32> = group.iter().map(|s| s.cell).collect();

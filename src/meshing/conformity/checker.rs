@@ -6,6 +6,7 @@ use septet_geometry::range::scale;
 use super::defect::MeshDefect;
 use super::findings::Conformity;
 use crate::domain::Domain;
+use crate::executor::Executor;
 use crate::mesh::Mesh;
 use crate::quality::angles::measure;
 use crate::space::Space;
@@ -58,9 +59,9 @@ impl<P: Space> Checker<'_, P> {
         x
     }
 
-    pub(super) fn cells(&mut self) {
-        for (i, cell) in self.mesh.cells.iter().enumerate() {
-            let sign = orientation(&self.corners(cell)[..=P::DIM]);
+    pub(super) fn cells(&mut self, executor: &impl Executor) {
+        let signs = executor.map(&self.mesh.cells, |cell| orientation(&self.corners(cell)[..=P::DIM]));
+        for ((i, cell), sign) in self.mesh.cells.iter().enumerate().zip(signs) {
             let row = cell.as_ref();
             let ordered = (0..P::DIM - 1).all(|k| row[k + 1..].iter().all(|&v| row[k] < v));
             let behind = i == 0 || self.mesh.cells[i - 1] < *cell;

@@ -27,7 +27,7 @@
 //! The check shares no code with generation. It reads the features, walls and components of the domain, and it uses the
 //! predicates of the geometry crate.
 //!
-//! **Work and depth.** `O(m log m)`, sequential.
+//! **Work and depth.** `O(m log m)`. The orientations of cells, and the sorts of their facets, are parallel.
 
 mod adjacency;
 mod checker;
@@ -41,6 +41,7 @@ use septet_geometry::point::Point;
 use septet_geometry::range::scale_exponent;
 
 use crate::domain::Domain;
+use crate::executor::{Executor, Sequential};
 use crate::mesh::Mesh;
 use crate::space::Space;
 
@@ -53,7 +54,7 @@ use checker::Checker;
 
 /// Compares a mesh with its domain.
 pub fn check<P: Space>(domain: &Domain<P>, mesh: &Mesh<P>) -> Conformity {
-    compare(domain, mesh, None)
+    check_on(domain, mesh, None, &Sequential)
 }
 
 /// Compares a mesh that has a remeshed boundary with its closed surface in space. Reports no defect only if
@@ -72,10 +73,17 @@ pub fn check<P: Space>(domain: &Domain<P>, mesh: &Mesh<P>) -> Conformity {
 /// with a cell on the opposite side. They therefore cover space with a degree that changes only at the boundary, by
 /// one, and is nowhere negative. The measures of domain and mesh are reported but not compared.
 pub fn check_remeshed<P: Space>(domain: &Domain<P>, mesh: &Mesh<P>, follow: &Follow) -> Conformity {
-    compare(domain, mesh, Some(follow))
+    check_on(domain, mesh, Some(follow), &Sequential)
 }
 
-fn compare<P: Space>(domain: &Domain<P>, mesh: &Mesh<P>, follow: Option<&Follow>) -> Conformity {
+/// Runs [`check_remeshed`] if there are requirements for a remeshed boundary, and otherwise [`check`]. The executor maps
+/// over the cells and their facets, so the result does not depend on it.
+pub fn check_on<P: Space>(
+    domain: &Domain<P>,
+    mesh: &Mesh<P>,
+    follow: Option<&Follow>,
+    executor: &impl Executor,
+) -> Conformity {
     let mut checker = Checker { domain, mesh, points: Vec::new(), found: Conformity::default() };
     checker.found.defects = shape::shape(domain, mesh);
     if !checker.found.is_clean() {
@@ -86,8 +94,8 @@ fn compare<P: Space>(domain: &Domain<P>, mesh: &Mesh<P>, follow: Option<&Follow>
         checker.found.defects.push(MeshDefect::Range(range));
         return checker.found;
     }
-    checker.cells();
-    checker.faces();
+    checker.cells(executor);
+    checker.faces(executor);
     checker.used();
     checker.carriers(follow.is_none());
     if let Some(follow) = follow {

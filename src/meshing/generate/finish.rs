@@ -54,7 +54,7 @@ impl<P: Space> GeneratedMesh<P> {
 
 /// Reorders the vertices without changing the orientation. The smallest vertex comes first. In space, the second
 /// smallest vertex follows.
-fn canonical<P: Point>(mut cell: P::Cell) -> P::Cell {
+pub(crate) fn canonical<P: Point>(mut cell: P::Cell) -> P::Cell {
     let row = cell.as_mut();
     let smallest = |row: &[u32]| (0..row.len()).min_by_key(|&i| row[i]).unwrap_or(0);
     let first = smallest(row);

@@ -115,6 +115,7 @@ pub use segments::Subsegment;
 pub use vertices::{Holders, Vertices};
 
 use barrier::Own;
+pub(crate) use finish::canonical;
 use generator::Generator;
 pub(crate) use vertices::normal_of;
 use volume::Filled;

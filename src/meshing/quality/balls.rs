@@ -84,7 +84,7 @@ impl<'a, P: Space> BoundaryBalls<'a, P> {
         domain: &'a Domain<P>,
         features: &'a Features<P>,
         mesh: &Mesh<P>,
-        size: &'a dyn Fn(P) -> f64,
+        size: &'a (dyn Fn(P) -> f64 + Sync),
         lipschitz: f64,
     ) -> Self {
         let at = |v: u32| domain.simplices.frame.inward(mesh.points[v as usize]);

@@ -10,7 +10,8 @@
 //! recorded per location. The comparison of a ratio with its bound is exact. All other values are rounded, and no
 //! decision depends on them.
 //!
-//! **Work and depth.** O(1) per cell, a sort of the edges, and calls to the caller's functions. Sequential.
+//! **Work and depth.** O(1) per cell, a sort of the edges, and calls to the caller's functions. Parallel over cells and
+//! points, except for the sort and the sums.
 
 pub mod angles;
 pub mod balls;
@@ -18,6 +19,7 @@ pub mod estimate;
 pub mod histogram;
 pub mod promise;
 pub mod ratio;
+pub mod reasons;
 pub mod shapes;
 pub mod zones;
 
@@ -29,6 +31,7 @@ use septet_geometry::point::Point;
 use septet_geometry::range::scale;
 
 use crate::domain::{Domain, Feature};
+use crate::executor::{Executor, Sequential};
 use crate::mesh::{Carrier, Mesh};
 use crate::space::Space;
 use crate::sum::Sum;
@@ -64,9 +67,9 @@ impl CentrePlace {
 /// coordinates of the domain.
 pub struct Measure<'a, P> {
     /// Returns the location of a circumcentre, given its position and the circumradius.
-    pub place: &'a dyn Fn(P, f64) -> CentrePlace,
+    pub place: &'a (dyn Fn(P, f64) -> CentrePlace + Sync),
     /// The local feature size, if f is to be compared with it.
-    pub local_size: Option<&'a dyn Fn(P) -> f64>,
+    pub local_size: Option<&'a (dyn Fn(P) -> f64 + Sync)>,
     /// The promised radius-edge bounds for free cells, near cells, and cells above large subfacets. `None` if nothing
     /// is promised.
     pub promised: [Option<f64>; 3],
@@ -175,6 +178,16 @@ impl<P> Deref for Quality<P> {
 
 /// Measures a mesh. Its arrays must be consistent, and its sizes must be positive.
 pub fn quality<P: Space>(domain: &Domain<P>, mesh: &Mesh<P>, measure: &Measure<'_, P>) -> Quality<P> {
+    quality_on(domain, mesh, measure, &Sequential)
+}
+
+/// Measures a mesh as [`quality`] does. The executor maps over cells and points, so the result does not depend on it.
+pub fn quality_on<P: Space>(
+    domain: &Domain<P>,
+    mesh: &Mesh<P>,
+    measure: &Measure<'_, P>,
+    executor: &impl Executor,
+) -> Quality<P> {
     let exponent = domain.simplices.exponent;
     let length = |x: f64| scale(P::splat(x), exponent).coord(0);
     let mut assessor = Assessor {
@@ -185,11 +198,12 @@ pub fn quality<P: Space>(domain: &Domain<P>, mesh: &Mesh<P>, measure: &Measure<'
         features: BTreeMap::new(),
         out: empty(mesh.points.len() as u64, measure),
     };
-    assessor.cells(exponent);
+    assessor.cells(exponent, executor);
     assessor.edges();
     if let Some(local_size) = measure.local_size {
         let mut grading = Histogram::new(0.0, 1.0, 20);
-        assessor.points.iter().zip(&assessor.sizes).for_each(|(&p, f)| grading.add(f / local_size(p)));
+        let local = executor.map(&assessor.points, |&p| local_size(p));
+        assessor.sizes.iter().zip(local).for_each(|(f, local)| grading.add(f / local));
         assessor.out.grading = Some(grading);
     }
     let mut features: Vec<NearFeature> = assessor.features.into_values().collect();
@@ -220,6 +234,19 @@ fn empty<P: Point>(points: u64, measure: &Measure<'_, P>) -> Quality<P> {
     }
 }
 
+/// The number of cells that are measured at a time.
+const BATCH: usize = 1 << 16;
+
+/// The values of one cell.
+struct Facts {
+    ratio: Bracket,
+    shape: Shape,
+    place: CentrePlace,
+    /// The position of the place in [`Quality::places`].
+    class: usize,
+    over: bool,
+}
+
 struct Assessor<'a, P: Space> {
     mesh: &'a Mesh<P>,
     measure: &'a Measure<'a, P>,
@@ -231,18 +258,16 @@ struct Assessor<'a, P: Space> {
 }
 
 impl<P: Space> Assessor<'_, P> {
-    fn cells(&mut self, exponent: i32) {
+    fn cells(&mut self, exponent: i32, executor: &impl Executor) {
         let mut integral = Sum::default();
-        for (row, cell) in self.mesh.cells.iter().enumerate() {
-            let mut corners = [P::default(); 4];
-            for (corner, &v) in corners.iter_mut().zip(cell.as_ref()) {
-                *corner = self.points[v as usize];
+        let rows: Vec<u32> = (0..self.mesh.cells.len() as u32).collect();
+        for rows in rows.chunks(BATCH) {
+            for (&row, facts) in rows.iter().zip(executor.map(rows, |&row| self.facts(row))) {
+                let cell = self.mesh.cells[row as usize];
+                let density = cell.as_ref().iter().map(|&v| self.sizes[v as usize].powi(-(P::DIM as i32)));
+                integral.add(facts.shape.volume * density.sum::<f64>() / (P::DIM + 1) as f64);
+                self.cell(row, &facts);
             }
-            let corners = &corners[..=P::DIM];
-            let part = angles::measure(corners);
-            let density = cell.as_ref().iter().map(|&v| self.sizes[v as usize].powi(-(P::DIM as i32)));
-            integral.add(part * density.sum::<f64>() / (P::DIM + 1) as f64);
-            self.cell(row as u32, corners, part);
         }
         let unscaled = |x: f64| (0..P::DIM).fold(x, |x, _| scale(P::splat(x), -exponent).coord(0));
         let volume = self.out.shapes.volume.value();
@@ -251,11 +276,16 @@ impl<P: Space> Assessor<'_, P> {
         self.out.integral = integral.value();
     }
 
-    fn cell(&mut self, row: u32, corners: &[P], volume: f64) {
+    /// Measures a cell by itself.
+    fn facts(&self, row: u32) -> Facts {
+        let mut corners = [P::default(); 4];
+        for (corner, &v) in corners.iter_mut().zip(self.mesh.cells[row as usize].as_ref()) {
+            *corner = self.points[v as usize];
+        }
+        let corners = &corners[..=P::DIM];
         let ratio = ratio::ratio(corners);
+        let volume = angles::measure(corners);
         let shape = Shape { ratio: ratio.upper, angles: angles::angles(corners), volume };
-        let [least, largest] = shape.range();
-        self.out.shapes.add(&shape);
         let centre = circumcentre(corners);
         let flat = !(0..P::DIM).all(|i| centre.coord(i).is_finite());
         let radius = (centre - corners[0]).norm2().sqrt();
@@ -267,6 +297,14 @@ impl<P: Space> Assessor<'_, P> {
             CentrePlace::Outside(_) => 3,
         };
         let over = self.out.places[class].promised.is_some_and(|bound| !ratio::at_most(corners, bound));
+        Facts { ratio, shape, place, class, over }
+    }
+
+    /// Adds the values of a cell.
+    fn cell(&mut self, row: u32, facts: &Facts) {
+        let &Facts { ratio, ref shape, place, class, over } = facts;
+        let [least, largest] = shape.range();
+        self.out.shapes.add(shape);
         let kind = &mut self.out.places[class];
         kind.cells += 1;
         kind.over += u64::from(over);

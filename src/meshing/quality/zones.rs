@@ -19,7 +19,7 @@ pub struct Zones<'a, P: Space> {
     /// Its features.
     pub features: &'a Features<P>,
     /// The size function f in scaled coordinates.
-    pub size: &'a dyn Fn(P) -> f64,
+    pub size: &'a (dyn Fn(P) -> f64 + Sync),
     /// The width of a zone, relative to f.
     pub zone: f64,
 }

@@ -419,7 +419,7 @@ def mesh(
     boundary: Literal["exact", "remesh"] | None = None,
     max_distance: float | None = None,
     feature_angle: float = 60.0,
-    improve: bool = False,
+    improve: bool = True,
     weld: Optional[float] = None,
     repair: bool = False,
     strict: bool = False,

@@ -119,7 +119,7 @@ def mesh(
     boundary: Optional[str] = None,
     max_distance: Optional[float] = None,
     feature_angle: float = 60.0,
-    improve: bool = False,
+    improve: bool = True,
     weld: Optional[float] = None,
     repair: bool = False,
     strict: bool = False,
@@ -148,7 +148,7 @@ def mesh(
     feature_angle : float, optional
         Edges whose faces turn by more degrees are ridges.
     improve : bool, optional
-        Whether slivers are removed.
+        Whether cells with small angles are removed.
     weld : float, optional
         Points within this distance are joined. Points with equal coordinates always count as one.
     repair : bool, optional
@@ -183,7 +183,7 @@ def mesh(
     >>> sorted(set(made.cell_regions.tolist()))
     [1]
     """
-    flags = {"improve": improve, "repair": repair, "strict": strict}
+    flags = {"repair": repair, "strict": strict}
     for name, flag in flags.items():
         if not isinstance(flag, (bool, np.bool_)):
             raise OptionError(f"{name} must be True or False, not {flag!r}")
@@ -199,6 +199,8 @@ def mesh(
     if boundary is not None:
         options.append(("boundary", arguments.word(boundary, "boundary", ("exact", "remesh"))))
     options.extend((name, "true") for name, flag in flags.items() if flag)
+    if not improve:
+        options.append(("no-improve", "true"))
     count = arguments.threads(threads)
     if count is not None:
         options.append(("threads", str(count)))

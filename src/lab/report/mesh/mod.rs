@@ -12,6 +12,7 @@ use septet_meshing::facet::Triangulate;
 use septet_meshing::input::DomainKind;
 use septet_meshing::mesh::{Mesh, StageLine};
 use septet_meshing::quality::ratio::Bracket;
+use septet_meshing::quality::reasons::{Reason, reasons};
 use septet_meshing::quality::{CentrePlace, Quality, RadiusEdge, WorstCell};
 
 pub mod histogram;
@@ -104,7 +105,12 @@ impl MeshReport {
             runs: run_log.runs.clone(),
             radius_edge: places.map(|(name, p)| place(domain, name, p, id)).collect(),
             features: features.collect(),
-            quality: quality_report(domain, quality, id),
+            quality: quality_report(
+                domain,
+                quality,
+                id,
+                request.remeshes(domain).then_some(request.feature_angle),
+            ),
             conformity: conformity_report(conformity),
             deviation: conformity.deviation.map(|d| DeviationReport {
                 of_boundary: d.of_boundary,
@@ -266,10 +272,43 @@ fn cell<P: Triangulate>(domain: &Domain<P>, worst: &WorstCell<P>, first_id: u64)
         feature: CentrePlace::feature(worst.place).map(name),
         at: (0..P::DIM).map(|i| worst.at.coord(i)).collect(),
         vertices: worst.vertices.iter().map(|&(v, c)| (v, carried(c))).collect(),
+        reason: None,
     }
 }
 
-fn quality_report<P: Triangulate>(domain: &Domain<P>, q: &Quality<P>, first_id: u64) -> QualityReport {
+/// Returns the reason for the angles of a cell as a clause about the cell.
+pub fn reason_text<P: Triangulate>(domain: &Domain<P>, reason: &Reason, first_id: u64) -> String {
+    match reason {
+        Reason::InputAngle(angle) => {
+            let [a, b] = angle.features.map(|feature| feature_name(domain, feature, first_id));
+            format!("it touches the input angle of {:.2} degrees between {a} and {b}", angle.degrees())
+        }
+        Reason::Boundary => "all its vertices are on the boundary".to_owned(),
+        Reason::Surroundings => "the cells around it leave no room".to_owned(),
+    }
+}
+
+/// Describes the cells with the smallest angles, with their reasons.
+fn thinnest<P: Triangulate>(
+    domain: &Domain<P>,
+    q: &Quality<P>,
+    first_id: u64,
+    feature_angle: Option<f64>,
+) -> Vec<CellReport> {
+    let reasons = reasons(domain, &q.thinnest, feature_angle);
+    let of = |(worst, reason): (&WorstCell<P>, &Reason)| CellReport {
+        reason: Some(reason_text(domain, reason, first_id)),
+        ..cell(domain, worst, first_id)
+    };
+    q.thinnest.iter().zip(&reasons).map(of).collect()
+}
+
+fn quality_report<P: Triangulate>(
+    domain: &Domain<P>,
+    q: &Quality<P>,
+    first_id: u64,
+    feature_angle: Option<f64>,
+) -> QualityReport {
     let ShapeReport { radius_edge, angles, least_angles, largest_angles, slivers, .. } =
         ShapeReport::of(&q.shapes);
     QualityReport {
@@ -287,7 +326,7 @@ fn quality_report<P: Triangulate>(domain: &Domain<P>, q: &Quality<P>, first_id: 
         points_over_integral: q.points as f64 / q.integral,
         lipschitz: q.steepest.slope,
         steepest_edge: q.steepest.edge,
-        thinnest: q.thinnest.iter().map(|c| cell(domain, c, first_id)).collect(),
+        thinnest: thinnest(domain, q, first_id, feature_angle),
     }
 }
 

@@ -301,6 +301,8 @@ pub struct CellReport {
     pub at: Vec<f64>,
     /// The vertices: index, and the feature that each lies on.
     pub vertices: Vec<(u32, String)>,
+    /// The reason for the smallest angle. `None` in lists by radius-edge ratio.
+    pub reason: Option<String>,
 }
 
 /// A feature with the cells whose circumcentres lie near it, or outside the domain with this feature as the nearest
