@@ -48,6 +48,8 @@ pub mod points;
 
 pub mod generate;
 
+pub mod constrained;
+
 pub mod mesh;
 
 pub mod sum;

@@ -102,6 +102,14 @@ impl MeshArgs {
         needs("--singularity", given.has("singularity"), "--min-size", given.has("min-size"))?;
         excludes("--lipschitz", given.has("lipschitz"), "--radius-edge", given.has("radius-edge"))?;
         let mesh = given.spec()?;
+        for size in ["min-size", "singularity", "lipschitz", "radius-edge"] {
+            excludes("--size none", mesh.as_it_is, &format!("--{size}"), given.has(size))?;
+        }
+        excludes("--size none", mesh.as_it_is, "--size-field", self.size_field.is_some())?;
+        let remeshes = mesh.boundary == Some(Boundary::Remesh);
+        excludes("--size none", mesh.as_it_is, "--boundary remesh", remeshes)?;
+        excludes("--keep-surface", mesh.keep_surface, "--boundary remesh", remeshes)?;
+        excludes("--keep-surface", mesh.keep_surface, "--size none", mesh.as_it_is)?;
         if let (Some(size), Some(least)) = (mesh.sizes.most, mesh.sizes.least)
             && least > size
         {
@@ -110,7 +118,7 @@ impl MeshArgs {
                 "reduce --min-size, or omit it",
             );
         }
-        self.check_boundary(mesh.boundary == Some(Boundary::Exact))?;
+        self.check_boundary(mesh.is_constrained() || mesh.boundary == Some(Boundary::Exact))?;
         run.check()?;
         Ok(mesh.with(|mesh| mesh.run = run))
     }

@@ -104,10 +104,11 @@ class Mesh(Lazy):
 def mesh(
     domain: "str | os.PathLike[str] | Tuple[npt.ArrayLike, Any]",
     *,
-    size: Optional[float] = None,
+    size: "Optional[Union[float, str]]" = None,
     min_size: Optional[float] = None,
     size_field: Optional[Tuple[npt.ArrayLike, npt.ArrayLike]] = None,
     boundary: Optional[str] = None,
+    keep_surface: bool = False,
     max_distance: Optional[float] = None,
     feature_angle: float = 60.0,
     improve: bool = False,
@@ -123,14 +124,16 @@ def mesh(
     domain : str, path, or tuple
         A file of ``septet mesh``, or the points and the polygons of a closed surface. In the plane, polygons are the closed
         loops of the boundary.
-    size : float, optional
-        Upper limit of the size.
+    size : float or 'none', optional
+        Upper limit of the size. With 'none', the domain is triangulated as it is, without sizes and without quality.
     min_size : float, optional
         Lower limit of the size. It overrides every other size.
     size_field : tuple of array_like, optional
         Points of shape (n, d) and the size at each.
     boundary : {'exact', 'remesh'}, optional
         Whether all facets are kept, or only corners and ridges of a surface. By default, 'remesh' for surfaces.
+    keep_surface : bool, optional
+        Whether no point is placed on the boundary for sizes and shapes. The boundary is then exact.
     max_distance : float, optional
         Largest distance between a surface and its remeshed boundary.
     feature_angle : float, optional
@@ -166,14 +169,21 @@ def mesh(
     if not isinstance(improve, (bool, np.bool_)):
         raise OptionError(f"improve must be True or False, not {improve!r}")
     options: List[Tuple[str, str]] = [("seed", str(arguments.whole(seed, "seed", 0, 2**64 - 1)))]
-    given = {"size": size, "min-size": min_size, "max-distance": max_distance, "feature-angle": feature_angle}
+    as_it_is = isinstance(size, str)
+    if as_it_is:
+        options.append(("size", arguments.word(size, "size", ("none",))))
+    given = {"size": None if as_it_is else size, "min-size": min_size, "max-distance": max_distance, "feature-angle": feature_angle}
     for name, value in given.items():
         if value is not None:
             options.append((name, repr(arguments.number(value, name.replace("-", "_")))))
-    if size is not None and min_size is not None and float(min_size) > float(size):
+    if as_it_is and (min_size is not None or size_field is not None):
+        raise OptionError("size='none' leaves no size; omit min_size and size_field")
+    if not as_it_is and size is not None and min_size is not None and float(min_size) > float(size):
         raise OptionError("min_size is larger than size and would override it everywhere; reduce min_size, or omit it")
     if boundary is not None:
         options.append(("boundary", arguments.word(boundary, "boundary", ("exact", "remesh"))))
+    if keep_surface:
+        options.append(("keep-surface", "true"))
     if improve:
         options.append(("improve", "true"))
     count = arguments.threads(threads)
