@@ -165,9 +165,8 @@ impl Cells {
         let mut region = self.connected(first, |cell| points.in_sphere(*self.row(cell), q));
         let faces = loop {
             let faces = self.around_region(&region);
-            let unseen = |&&(_, [a, b, c]): &&(u32, [u32; 3])| {
-                points.orientation([a, b, c, q]) != Sign::Positive
-            };
+            let unseen =
+                |&&(_, [a, b, c]): &&(u32, [u32; 3])| points.orientation([a, b, c, q]) != Sign::Positive;
             let mut stay: BTreeSet<u32> = faces.iter().filter(unseen).map(|f| f.0).collect();
             if stay.contains(&first) {
                 return None;

@@ -77,7 +77,8 @@ impl Inner {
 
     /// Returns the cells around `first` for which a test holds, up to the faces that are kept.
     fn connected(&self, first: u32, mut test: impl FnMut(u32) -> bool) -> BTreeSet<u32> {
-        let (mut region, mut stack, mut seen) = (BTreeSet::from([first]), vec![first], BTreeSet::from([first]));
+        let (mut region, mut stack, mut seen) =
+            (BTreeSet::from([first]), vec![first], BTreeSet::from([first]));
         while let Some(cell) = stack.pop() {
             for slot in 0..4 {
                 let other = self.cells.across(cell)[slot];
@@ -99,9 +100,8 @@ impl Inner {
         let mut region = self.connected(first, |cell| self.points.in_sphere(*self.cells.row(cell), q));
         let faces = loop {
             let faces = self.around(&region);
-            let unseen = |&&(_, [a, b, c]): &&(u32, [u32; 3])| {
-                self.points.orientation([a, b, c, q]) != Sign::Positive
-            };
+            let unseen =
+                |&&(_, [a, b, c]): &&(u32, [u32; 3])| self.points.orientation([a, b, c, q]) != Sign::Positive;
             let stay: BTreeSet<u32> = faces.iter().filter(unseen).map(|f| f.0).collect();
             if stay.is_empty() {
                 break faces;

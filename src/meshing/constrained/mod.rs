@@ -49,7 +49,9 @@ use septet_geometry::predicates::Sign;
 
 use crate::bvh::Bounds;
 use crate::domain::{Domain, Feature};
-use crate::generate::{GeneratedMesh, GenerationError, MeshMachine, Missing, Rules, StageCounts, refine_inside};
+use crate::generate::{
+    GeneratedMesh, GenerationError, MeshMachine, Missing, Rules, StageCounts, refine_inside,
+};
 use crate::mesh::Carrier;
 use crate::space::Space;
 
@@ -92,7 +94,9 @@ pub fn constrain<P: Space, M: MeshMachine<P>>(
     machine: &mut M,
 ) -> Result<GeneratedMesh<P>, GenerationError<M::Error>> {
     if P::DIM != 3 {
-        return Err(GenerationError::Unsupported("only domains in space have a constrained tetrahedralization"));
+        return Err(GenerationError::Unsupported(
+            "only domains in space have a constrained tetrahedralization",
+        ));
     }
     let missing = |lost: Lost| GenerationError::Missing(Missing { features: lost.into_iter().collect() });
     machine.stage("triangulation");
@@ -119,7 +123,8 @@ pub fn constrain<P: Space, M: MeshMachine<P>>(
         recovery.segments()?;
         let (kept, missing) = recovery.facets(if exchanges { 8 } else { ATTEMPTS })?;
         let (mesh, rounded) = recovery.rounded(domain, &kept, rules)?;
-        let stage = |name, candidates, points| StageCounts { name, candidates, points, ..StageCounts::default() };
+        let stage =
+            |name, candidates, points| StageCounts { name, candidates, points, ..StageCounts::default() };
         let recovered = stage("recovery", missing, recovery.added());
         let stages = vec![first, recovered, stage("rounding", rounded.bad, rounded.moved)];
         Ok(GeneratedMesh { stages, ..mesh })
@@ -187,8 +192,7 @@ impl Recovery {
             let chains = self.subs.chains(self.layout.parts.len());
             let mut cells = self.cells.clone();
             let Recovery { layout, points, subs, .. } = &*self;
-            let mut patches =
-                Patches { points, cells: &mut cells, subs, kept: Kept::new(), missing: 0 };
+            let mut patches = Patches { points, cells: &mut cells, subs, kept: Kept::new(), missing: 0 };
             let mut failed = None;
             for (p, patch) in (0u32..).zip(&layout.patches) {
                 let on: Vec<&[u32]> = patch.parts.iter().map(|&i| chains[i as usize].as_slice()).collect();

@@ -48,7 +48,8 @@ pub(super) fn settle(
     movable: &[OnPart],
     cells: &[[u32; 4]],
 ) -> Result<Rounded, Vec<[u32; 4]>> {
-    let is_good = |at: &[DVec3], cell: &[u32; 4]| orientation(&cell.map(|v| at[v as usize])) == Sign::Positive;
+    let is_good =
+        |at: &[DVec3], cell: &[u32; 4]| orientation(&cell.map(|v| at[v as usize])) == Sign::Positive;
     let bad = |at: &[DVec3]| cells.iter().copied().filter(|c| !is_good(at, c)).collect::<Vec<_>>();
     let mut open = bad(at);
     let mut done = Rounded { bad: open.len() as u64, moved: 0 };
@@ -102,7 +103,8 @@ fn places<'a>(at: &[DVec3], point: &OnPart, largest: f64) -> impl Iterator<Item 
     let from = at[point.vertex as usize];
     let [before, after] = point.between.map(|v| at[v as usize]);
     let unit = f64::EPSILON * 0.5 * largest;
-    let grid = (0..27).map(|i| DVec3::new(f64::from(i % 3 - 1), f64::from(i / 3 % 3 - 1), f64::from(i / 9 - 1)));
+    let grid =
+        (0..27).map(|i| DVec3::new(f64::from(i % 3 - 1), f64::from(i / 3 % 3 - 1), f64::from(i / 9 - 1)));
     let grid: Vec<DVec3> = grid.filter(|d| *d != DVec3::ZERO).collect();
     let most = 0.5 * OFF * largest;
     UNITS.into_iter().flat_map(move |units| {

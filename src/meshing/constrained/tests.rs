@@ -98,7 +98,8 @@ fn a_filled_cube_keeps_its_faces() {
     let domain = domain(&complex(corners(DVec3::ZERO, DVec3::ONE), &faces));
     let size = |_: DVec3| 0.2;
     let rules = Rules { size: &size, lipschitz: 0.5, seed: 1, most: 1 << 20 };
-    let mesh = constrain_and_fill(&domain, rules, &mut Alone { seed: 1 }).map_err(|e| format!("{e:?}")).unwrap();
+    let mesh =
+        constrain_and_fill(&domain, rules, &mut Alone { seed: 1 }).map_err(|e| format!("{e:?}")).unwrap();
     let mesh = mesh.into_mesh(&domain);
     let found = conformity::check(&domain, &mesh);
     assert!(found.is_clean(), "{:?}", &found.defects[..found.defects.len().min(5)]);
@@ -111,71 +112,11 @@ fn a_filled_cube_keeps_its_faces() {
 fn the_plane_is_not_supported() {
     let points = [[0.0, 0.0], [1.0, 0.0], [0.0, 1.0]].map(|[x, y]| glam::DVec2::new(x, y));
     let mut input = Input::new(DomainKind::Complex, points.to_vec());
-    input.segments = [[0, 1], [1, 2], [2, 0]].map(|ends| crate::input::InputSegment { ends, marker: 0 }).to_vec();
+    input.segments =
+        [[0, 1], [1, 2], [2, 0]].map(|ends| crate::input::InputSegment { ends, marker: 0 }).to_vec();
     let domain = check(&input).unwrap();
     let size = |_: glam::DVec2| 1.0;
     let rules = Rules { size: &size, lipschitz: 0.5, seed: 1, most: 1 << 20 };
     let failure = constrain(&domain, rules, &mut Alone { seed: 1 }).unwrap_err();
     assert!(matches!(failure, GenerationError::Unsupported(_)));
-}
-
-// TEMPORARY
-#[test]
-fn tmp_file() {
-    let Ok(list) = std::env::var("RECOVERY_FILES") else { return };
-    for path in list.split(' ') {
-        let text = std::fs::read_to_string(path).unwrap();
-        let mut words = text.lines().filter(|l| !l.starts_with('#')).flat_map(str::split_whitespace).skip(1);
-        let mut next = || words.next().unwrap().to_owned();
-        let (n, m) = (next().parse::<usize>().unwrap(), next().parse::<usize>().unwrap());
-        next();
-        let points: Vec<DVec3> = (0..n)
-            .map(|_| DVec3::new(next().parse().unwrap(), next().parse().unwrap(), next().parse().unwrap()))
-            .collect();
-        let faces: Vec<Vec<u32>> = (0..m)
-            .map(|_| {
-                let k = next().parse::<usize>().unwrap();
-                (0..k).map(|_| next().parse().unwrap()).collect()
-            })
-            .collect();
-        let domain = match check(&Input::surface(points, faces)) {
-            Ok(domain) => domain,
-            Err(defects) => {
-                println!("{path}: {} defects, {:?}", defects.len(), defects[0]);
-                continue;
-            }
-        };
-        for fill in [false, true] {
-            let start = std::time::Instant::now();
-            let options = crate::size::SizeOptions::new(0.5);
-            let size = if fill { crate::size::SizeFunction::new(&domain, &options).ok() } else { None };
-            println!("sizes {:?}", start.elapsed());
-            let at = |x: DVec3| size.as_ref().map_or(1.0, |s| s.at(x));
-            let rules = Rules { size: &at, lipschitz: 0.5, seed: 1, most: 1 << 20 };
-            let start = std::time::Instant::now();
-            let made = if fill {
-                constrain_and_fill(&domain, rules, &mut Alone { seed: 1 })
-            } else {
-                constrain(&domain, rules, &mut Alone { seed: 1 })
-            };
-            match made {
-                Err(e) => println!("{path}: {e:?} {:?}", start.elapsed()),
-                Ok(made) => {
-                    let (stages, time) = (made.stages.clone(), start.elapsed());
-                    let mesh = made.into_mesh(&domain);
-                    let found = conformity::check(&domain, &mesh);
-                    println!(
-                        "{path}: {n} vertices, {} points, {} cells, {time:?}, defects {} {:?}",
-                        mesh.points.len(),
-                        mesh.cells.len(),
-                        found.defects.len(),
-                        found.defects.first(),
-                    );
-                    for s in stages {
-                        println!("   {} {} {}", s.name, s.candidates, s.points);
-                    }
-                }
-            }
-        }
-    }
 }

@@ -10,13 +10,13 @@
 
 use septet_geometry::point::dist2;
 
+use super::GenerationError;
 use super::cell_labels::CellLabels;
 use super::facets::Subfeatures;
 use super::generator::{Candidate, Generator, Rules, StageCounts};
 use super::machine::{Delaunay, MeshMachine};
 use super::vertices::Vertices;
 use super::volume::sampling_cells;
-use super::GenerationError;
 use crate::bvh::{Bounds, Bvh};
 use crate::distance::closest_on_triangle;
 use crate::domain::Domain;
