@@ -56,6 +56,8 @@ pub mod points;
 
 pub mod generate;
 
+pub mod constrained;
+
 pub mod mesh;
 
 pub mod sum;

@@ -112,6 +112,14 @@ impl MeshArgs {
         excludes("--strict", given.has("strict"), "--weld", given.has("weld"))?;
         excludes("--strict", given.has("strict"), "--repair", given.has("repair"))?;
         let mesh = given.spec()?;
+        for size in ["min-size", "singularity", "lipschitz", "radius-edge"] {
+            excludes("--size none", mesh.as_it_is, &format!("--{size}"), given.has(size))?;
+        }
+        excludes("--size none", mesh.as_it_is, "--size-field", self.size_field.is_some())?;
+        let remeshes = mesh.boundary == Some(Boundary::Remesh);
+        excludes("--size none", mesh.as_it_is, "--boundary remesh", remeshes)?;
+        excludes("--keep-surface", mesh.keep_surface, "--boundary remesh", remeshes)?;
+        excludes("--keep-surface", mesh.keep_surface, "--size none", mesh.as_it_is)?;
         if let (Some(size), Some(least)) = (mesh.sizes.most, mesh.sizes.least)
             && least > size
         {
@@ -120,7 +128,7 @@ impl MeshArgs {
                 "reduce --min-size, or omit it",
             );
         }
-        self.check_boundary(mesh.boundary == Some(Boundary::Exact))?;
+        self.check_boundary(mesh.is_constrained() || mesh.boundary == Some(Boundary::Exact))?;
         run.check()?;
         Ok(mesh.with(|mesh| mesh.run = run))
     }

@@ -19,6 +19,7 @@ mod tests;
 use std::time::Instant;
 
 use septet_meshing::conformity::{self, Conformity, Follow};
+use septet_meshing::constrained::{constrain, constrain_and_fill};
 use septet_meshing::distance::Features;
 use septet_meshing::domain::Domain;
 use septet_meshing::facet::Triangulate;
@@ -74,7 +75,7 @@ fn sizes_on<P: Triangulate>(
     machine: &CountedMachine,
 ) -> Result<SizeFunction<P>, MeshError> {
     let mut options = request.size_options(domain)?;
-    if !request.remeshes(domain) {
+    if !request.remeshes(domain) && !request.as_it_is {
         let features = Features::new(domain);
         if let Some(Coarse { feature, size, step }) = Coarse::of(domain, &features) {
             return Err(MeshError::Coarse { feature, size, step });
@@ -88,11 +89,16 @@ fn sizes_on<P: Triangulate>(
         let diagonal = septet_geometry::range::scale(extent, -domain.simplices.exponent).norm2().sqrt();
         constraints.most = Some(diagonal / DEFAULT_PARTS);
     }
+    if request.as_it_is {
+        // Nothing has a size, so the size is the same everywhere.
+        let none = Features::of_chains(domain, Vec::new());
+        return Ok(SizeFunction::of_features(domain, &none, &options, machine)??);
+    }
     let surface = SurfaceFeatures::new(domain, request.feature_angle);
     Ok(SizeFunction::of_features(domain, &surface.distance_features(domain), &options, machine)??)
 }
 
-/// Measures the quality of a mesh of this request. For a remeshed surface, no radius-edge ratio is promised, and only
+/// Measures the quality of a mesh of this request. For a triangulation as it is, no ratio is promised. For a remeshed surface, no radius-edge ratio is promised, and only
 /// its corners and ridges define the local feature size.
 pub fn assess<P: Triangulate>(
     domain: &Domain<P>,
@@ -102,6 +108,12 @@ pub fn assess<P: Triangulate>(
     worst: usize,
 ) -> Quality<P> {
     let _span = stage_span(request.run.machine.name(), "quality");
+    if request.is_constrained() {
+        let zones = Zones { domain, features: &Features::new(domain), size: &|x| size.at(x), zone: 1.0 };
+        let place = |centre, radius| zones.place(centre, radius);
+        let measure = Measure { place: &place, local_size: None, promised: [None; 3], worst };
+        return quality(domain, mesh, &measure);
+    }
     if !request.remeshes(domain) {
         return measure(domain, mesh, size, worst);
     }
@@ -176,14 +188,18 @@ fn build<P: Triangulate>(
     if let Some(limit) = request.run.machine.max_memory.or_else(memory::available) {
         rules.most = MOST_POINTS.min(limit / BYTES_PER_POINT);
     }
-    if let Some(limit) = request.run.machine.max_memory {
+    if let Some(limit) = request.run.machine.max_memory.filter(|_| !request.as_it_is) {
         let points = generate::expected_points(domain, rules, &AllCores);
         let forecast = points.saturating_mul(BYTES_PER_POINT).saturating_add(64 << 20);
         if forecast > limit {
             return Err(MeshError::Memory { forecast, limit, points });
         }
     }
-    let made = if request.remeshes(domain) {
+    let made = if request.as_it_is {
+        constrain(domain, rules, &mut machine)
+    } else if request.keep_surface {
+        constrain_and_fill(domain, rules, &mut machine)
+    } else if request.remeshes(domain) {
         let options = Options { distance: request.max_distance };
         remesh(domain, rules, request.feature_angle, options, &mut machine)
     } else {
@@ -196,7 +212,9 @@ fn build<P: Triangulate>(
         GenerationError::Unsupported(what) => MeshError::Unsupported(what),
     })?;
     let inside = (0..made.delaunay.cells.len() as u32).filter(|&c| made.labels.is_inside(c)).count();
-    let known = machine.owners(P::DIM, made.delaunay.cells.len()).filter(|_| inside <= owned);
+    // The cells of a constrained triangulation are not those of a run.
+    let known = machine.owners(P::DIM, made.delaunay.cells.len());
+    let known = known.filter(|_| inside <= owned && !request.is_constrained());
     let known = known.map(|owners| (made.delaunay.cells.clone(), owners.to_vec()));
     let (mut stages, run_log) = machine.finish(&made.stages);
     let mut mesh = made.into_mesh(domain);

@@ -18,6 +18,36 @@ impl Value for Length {
     }
 }
 
+/// The upper limit of the size, or the request for a triangulation as it is.
+enum Upper {
+    /// No triangle and no cell is divided because of its size or its shape.
+    AsItIs,
+    /// The limit, if there is one.
+    Most(Option<f64>),
+}
+
+/// The word for a triangulation as it is.
+const AS_IT_IS: &str = "none";
+
+impl Value for Upper {
+    const TYPES: &'static [&'static str] = &["number", "string", "null"];
+
+    fn read(text: &str) -> Result<Self, String> {
+        if text == AS_IT_IS {
+            return Ok(Upper::AsItIs);
+        }
+        let length = Length::read(text).map_err(|expected| format!("{expected}, or `{AS_IT_IS}`"))?;
+        Ok(Upper::Most(length.0))
+    }
+
+    fn setting(&self) -> Setting {
+        match *self {
+            Upper::AsItIs => Setting::Text(AS_IT_IS.to_owned()),
+            Upper::Most(most) => Length(most).setting(),
+        }
+    }
+}
+
 /// An angle in degrees.
 struct Degrees(f64);
 
@@ -146,11 +176,18 @@ pub static MESH_OPTIONS: &[Row<MeshSpec>] = &[
     ),
     option!(
         MeshSpec, "size", "size",
-        "Upper limit of the size; edges can be about twice as long",
-        Length,
-        |s| Length(s.sizes.most),
-        |s, Length(size)| { s.sizes.most = size; Ok(()) },
-        { form: "H", commands: Commands::MESH, heading: Heading::Sizes, is_common: true, matters: Matters::Cells }
+        "Upper limit of the size; edges can be about twice as long\n\nWith `none`, the domain is triangulated as it is: \
+         every edge and every facet is kept, and points are added only on edges that cannot be kept otherwise.",
+        Upper,
+        |s| if s.as_it_is { Upper::AsItIs } else { Upper::Most(s.sizes.most) },
+        |s, upper| {
+            (s.as_it_is, s.sizes.most) = match upper {
+                Upper::AsItIs => (true, None),
+                Upper::Most(most) => (false, most),
+            };
+            Ok(())
+        },
+        { form: "H|none", commands: Commands::MESH, heading: Heading::Sizes, is_common: true, matters: Matters::Cells }
     ),
     option!(
         MeshSpec, "singularity", "singularity",
@@ -185,6 +222,15 @@ pub static MESH_OPTIONS: &[Row<MeshSpec>] = &[
         |s| Length(s.sizes.least),
         |s, Length(size)| { s.sizes.least = size; Ok(()) },
         { form: "H", commands: Commands::MESH, heading: Heading::Sizes, is_common: true, matters: Matters::Cells }
+    ),
+    option!(
+        MeshSpec, "keep-surface", "keep_surface",
+        "Place no points on the boundary for sizes and shapes\n\nThe boundary is exact. A point on an edge of the input is \
+         added only where the edge cannot be kept otherwise. Cells at the boundary are as good as its triangles allow.",
+        bool,
+        |s| s.keep_surface,
+        |s, is_set| { s.keep_surface = is_set; Ok(()) },
+        { is_flag: true, commands: Commands::MESH, heading: Heading::Boundary, is_common: true, matters: Matters::Cells }
     ),
     option!(
         MeshSpec, "feature-angle", "feature_angle",
@@ -244,6 +290,9 @@ mod tests {
             tolerance: _,
             boundary: _,
             sizes,
+            // The option `size` sets it.
+            as_it_is: _,
+            keep_surface: _,
             feature_angle: _,
             max_distance: _,
             improve: _,
@@ -252,8 +301,8 @@ mod tests {
         // The field of sizes is read from a file.
         let Sizes { most: _, least: _, field: _, singularity: _, lipschitz: _ } = sizes;
         let names: Vec<&str> = MESH_OPTIONS.iter().map(|row| row.name).collect();
-        let fields = "weld repair strict boundary size singularity lipschitz radius-edge min-size feature-angle max-distance \
-                      improve no-improve by-recursion";
+        let fields = "weld repair strict boundary size singularity lipschitz radius-edge min-size keep-surface feature-angle \
+                      max-distance improve no-improve by-recursion";
         assert_eq!(names.join(" "), fields);
     }
 
@@ -262,6 +311,7 @@ mod tests {
         let values = [
             ("boundary", "exact"),
             ("weld", "0.001"),
+            ("size", "none"),
             ("size", "0.25"),
             ("singularity", "line:0,0,1,1,0.5,1"),
             ("lipschitz", "0.25"),

@@ -112,6 +112,11 @@ pub struct MeshSpec {
     pub boundary: Option<Boundary>,
     /// The sizes.
     pub sizes: Sizes,
+    /// Whether the domain is triangulated as it is: with points only where an edge of the input needs them, without
+    /// sizes and without quality. The boundary is then exact.
+    pub as_it_is: bool,
+    /// Whether no point is placed on the boundary for sizes and shapes. The boundary is then exact.
+    pub keep_surface: bool,
     /// The feature angle in degrees. Edges whose faces turn by more are ridges.
     pub feature_angle: f64,
     /// The largest distance between a surface and the remeshed boundary.
@@ -130,6 +135,8 @@ impl Default for MeshSpec {
             tolerance: Tolerance::default(),
             boundary: None,
             sizes: Sizes::default(),
+            as_it_is: false,
+            keep_surface: false,
             feature_angle: DEFAULT_FEATURE_ANGLE,
             max_distance: None,
             improve: true,
@@ -153,7 +160,15 @@ impl MeshSpec {
 
     /// Returns the part of the boundary that the mesh keeps for a domain of this kind.
     pub fn boundary_of(&self, kind: DomainKind) -> Boundary {
+        if self.is_constrained() {
+            return Boundary::Exact;
+        }
         self.boundary.unwrap_or_else(|| Boundary::of(kind))
+    }
+
+    /// Returns `true` if the mesh is a constrained triangulation, of which no ratio is promised.
+    pub fn is_constrained(&self) -> bool {
+        self.as_it_is || self.keep_surface
     }
 
     /// Returns `true` if this domain is remeshed. A surface that is not a manifold is kept by default.

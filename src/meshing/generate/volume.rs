@@ -140,7 +140,7 @@ impl<P: Space, M: MeshMachine<P> + Sync> Generator<'_, P, M> {
     }
 
     /// Returns the centres of cells that are too large, and off-centre points instead of the centres in balls.
-    fn coarse_cells(
+    pub(super) fn coarse_cells(
         &self,
         delaunay: &Delaunay<P::Cell>,
         labels: &CellLabels,

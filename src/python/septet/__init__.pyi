@@ -413,10 +413,11 @@ class Mesh:
 def mesh(
     domain: str | os.PathLike[str] | tuple[npt.ArrayLike, npt.ArrayLike],
     *,
-    size: float | None = None,
+    size: float | Literal["none"] | None = None,
     min_size: float | None = None,
     size_field: tuple[npt.ArrayLike, npt.ArrayLike] | None = None,
     boundary: Literal["exact", "remesh"] | None = None,
+    keep_surface: bool = False,
     max_distance: float | None = None,
     feature_angle: float = 60.0,
     improve: bool = True,

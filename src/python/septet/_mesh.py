@@ -113,10 +113,11 @@ class Mesh(Lazy):
 def mesh(
     domain: "str | os.PathLike[str] | Tuple[npt.ArrayLike, Any]",
     *,
-    size: Optional[float] = None,
+    size: "Optional[Union[float, str]]" = None,
     min_size: Optional[float] = None,
     size_field: Optional[Tuple[npt.ArrayLike, npt.ArrayLike]] = None,
     boundary: Optional[str] = None,
+    keep_surface: bool = False,
     max_distance: Optional[float] = None,
     feature_angle: float = 60.0,
     improve: bool = True,
@@ -135,14 +136,16 @@ def mesh(
     domain : str, path, or tuple
         A file of ``septet mesh``, or the points and the polygons of a closed surface. In the plane, polygons are the closed
         loops of the boundary.
-    size : float, optional
-        Upper limit of the size.
+    size : float or 'none', optional
+        Upper limit of the size. With 'none', the domain is triangulated as it is, without sizes and without quality.
     min_size : float, optional
         Lower limit of the size. It overrides every other size.
     size_field : tuple of array_like, optional
         Points of shape (n, d) and the size at each.
     boundary : {'exact', 'remesh'}, optional
         Whether all facets are kept, or only corners and ridges of a surface. By default, 'remesh' for surfaces.
+    keep_surface : bool, optional
+        Whether no point is placed on the boundary for sizes and shapes. The boundary is then exact.
     max_distance : float, optional
         Largest distance between a surface and its remeshed boundary.
     feature_angle : float, optional
@@ -183,18 +186,29 @@ def mesh(
     >>> sorted(set(made.cell_regions.tolist()))
     [1]
     """
-    flags = {"repair": repair, "strict": strict}
-    for name, flag in flags.items():
+    flags = {"keep-surface": keep_surface, "repair": repair, "strict": strict}
+    for name, flag in {**flags, "improve": improve}.items():
         if not isinstance(flag, (bool, np.bool_)):
-            raise OptionError(f"{name} must be True or False, not {flag!r}")
+            raise OptionError(f"{name.replace('-', '_')} must be True or False, not {flag!r}")
     if strict and (repair or weld is not None):
         raise OptionError("strict refuses what weld and repair change: omit it, or them")
     options: List[Tuple[str, str]] = [("seed", str(arguments.whole(seed, "seed", 0, 2**64 - 1)))]
-    given = {"weld": weld, "size": size, "min-size": min_size, "max-distance": max_distance, "feature-angle": feature_angle}
+    as_it_is = isinstance(size, str)
+    if as_it_is:
+        options.append(("size", arguments.word(size, "size", ("none",))))
+    given = {
+        "weld": weld,
+        "size": None if as_it_is else size,
+        "min-size": min_size,
+        "max-distance": max_distance,
+        "feature-angle": feature_angle,
+    }
     for name, value in given.items():
         if value is not None:
             options.append((name, repr(arguments.number(value, name.replace("-", "_")))))
-    if size is not None and min_size is not None and float(min_size) > float(size):
+    if as_it_is and (min_size is not None or size_field is not None):
+        raise OptionError("size='none' leaves no size; omit min_size and size_field")
+    if not as_it_is and size is not None and min_size is not None and float(min_size) > float(size):
         raise OptionError("min_size is larger than size and would override it everywhere; reduce min_size, or omit it")
     if boundary is not None:
         options.append(("boundary", arguments.word(boundary, "boundary", ("exact", "remesh"))))

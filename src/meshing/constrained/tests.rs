@@ -1,0 +1,122 @@
+//! Tests of constrained triangulations: each is compared with its domain.
+
+use glam::DVec3;
+
+use super::{constrain, constrain_and_fill};
+use crate::check::check;
+use crate::conformity;
+use crate::domain::Domain;
+use crate::generate::{Alone, GenerationError, Rules};
+use crate::input::{DomainKind, Input, InputFacet};
+use crate::mesh::Mesh;
+
+const CUBE: [[u32; 4]; 6] =
+    [[0, 2, 3, 1], [4, 5, 7, 6], [0, 1, 5, 4], [2, 6, 7, 3], [0, 4, 6, 2], [1, 3, 7, 5]];
+
+fn corners(low: DVec3, high: DVec3) -> Vec<DVec3> {
+    let side = |i: usize, axis: usize| if i >> axis & 1 == 1 { high[axis] } else { low[axis] };
+    (0..8).map(|i| DVec3::new(side(i, 0), side(i, 1), side(i, 2))).collect()
+}
+
+fn domain(input: &Input<DVec3>) -> Domain<DVec3> {
+    check(input).unwrap()
+}
+
+fn made(domain: &Domain<DVec3>) -> Mesh<DVec3> {
+    let size = |_: DVec3| 1.0;
+    let rules = Rules { size: &size, lipschitz: 0.5, seed: 1, most: 1 << 20 };
+    let mesh = constrain(domain, rules, &mut Alone { seed: 1 });
+    let mesh = mesh.map_err(|e: GenerationError<_>| format!("{e:?}")).unwrap();
+    let mesh = mesh.into_mesh(domain);
+    let found = conformity::check(domain, &mesh);
+    assert!(found.is_clean(), "{:?}", &found.defects[..found.defects.len().min(5)]);
+    mesh
+}
+
+fn complex(points: Vec<DVec3>, facets: &[&[u32]]) -> Input<DVec3> {
+    let facet = |f: &&[u32]| InputFacet { polygons: vec![f.to_vec()], holes: Vec::new(), marker: 0 };
+    Input { facets: facets.iter().map(facet).collect(), ..Input::new(DomainKind::Complex, points) }
+}
+
+#[test]
+fn a_cube_needs_no_points() {
+    let faces: Vec<&[u32]> = CUBE.iter().map(<[u32; 4]>::as_slice).collect();
+    let domain = domain(&complex(corners(DVec3::ZERO, DVec3::ONE), &faces));
+    let mesh = made(&domain);
+    assert_eq!(mesh.points.len(), 8);
+    assert!((5..=6).contains(&mesh.cells.len()), "{}", mesh.cells.len());
+}
+
+/// Schoenhardt's polyhedron has no triangulation with its vertices alone.
+#[test]
+fn the_twisted_prism_receives_points() {
+    let at = |turn: f64, z: f64| {
+        (0..3).map(move |i| {
+            let angle = f64::from(i) * std::f64::consts::TAU / 3.0 + turn;
+            DVec3::new(angle.cos(), angle.sin(), z)
+        })
+    };
+    let points: Vec<DVec3> = at(0.0, 0.0).chain(at(std::f64::consts::FRAC_PI_6, 1.0)).collect();
+    let mut faces = vec![vec![2, 1, 0], vec![3, 4, 5]];
+    for i in 0..3u32 {
+        let j = (i + 1) % 3;
+        // The diagonals bend inwards.
+        faces.push(vec![i, j, i + 3]);
+        faces.push(vec![j, j + 3, i + 3]);
+    }
+    let volume = |faces: &[Vec<u32>]| -> f64 {
+        let p = |v: u32| points[v as usize];
+        faces.iter().map(|f| p(f[0]).cross(p(f[1])).dot(p(f[2]))).sum()
+    };
+    let mut other = faces[..2].to_vec();
+    for i in 0..3u32 {
+        let j = (i + 1) % 3;
+        other.push(vec![i, j, j + 3]);
+        other.push(vec![i, j + 3, i + 3]);
+    }
+    let bent = if volume(&faces) < volume(&other) { faces } else { other };
+    let mesh = made(&domain(&Input::surface(points, bent)));
+    assert!(mesh.points.len() > 6, "{}", mesh.points.len());
+}
+
+/// A thin plate crosses the balls of the long edges of a box.
+#[test]
+fn facets_without_room_are_recovered() {
+    let mut points = corners(DVec3::ZERO, DVec3::new(4.0, 4.0, 1.0));
+    points.extend(corners(DVec3::new(0.3, 0.7, 0.013), DVec3::new(3.7, 3.1, 0.017)));
+    let inner: Vec<Vec<u32>> = CUBE.iter().map(|f| f.iter().map(|v| v + 8).collect()).collect();
+    let mut faces: Vec<&[u32]> = CUBE.iter().map(<[u32; 4]>::as_slice).collect();
+    faces.extend(inner.iter().map(Vec::as_slice));
+    let mesh = made(&domain(&complex(points, &faces)));
+    let regions: std::collections::BTreeSet<u32> = mesh.regions.iter().copied().collect();
+    assert_eq!(regions.len(), 2);
+}
+
+#[test]
+fn a_filled_cube_keeps_its_faces() {
+    let faces: Vec<&[u32]> = CUBE.iter().map(<[u32; 4]>::as_slice).collect();
+    let domain = domain(&complex(corners(DVec3::ZERO, DVec3::ONE), &faces));
+    let size = |_: DVec3| 0.2;
+    let rules = Rules { size: &size, lipschitz: 0.5, seed: 1, most: 1 << 20 };
+    let mesh =
+        constrain_and_fill(&domain, rules, &mut Alone { seed: 1 }).map_err(|e| format!("{e:?}")).unwrap();
+    let mesh = mesh.into_mesh(&domain);
+    let found = conformity::check(&domain, &mesh);
+    assert!(found.is_clean(), "{:?}", &found.defects[..found.defects.len().min(5)]);
+    let inner = mesh.carriers.iter().filter(|c| **c == crate::mesh::Carrier::Volume).count();
+    assert!(inner > 20 && mesh.points.len() == inner + 8, "{inner} of {}", mesh.points.len());
+    assert_eq!(mesh.faces.len(), 12);
+}
+
+#[test]
+fn the_plane_is_not_supported() {
+    let points = [[0.0, 0.0], [1.0, 0.0], [0.0, 1.0]].map(|[x, y]| glam::DVec2::new(x, y));
+    let mut input = Input::new(DomainKind::Complex, points.to_vec());
+    input.segments =
+        [[0, 1], [1, 2], [2, 0]].map(|ends| crate::input::InputSegment { ends, marker: 0 }).to_vec();
+    let domain = check(&input).unwrap();
+    let size = |_: glam::DVec2| 1.0;
+    let rules = Rules { size: &size, lipschitz: 0.5, seed: 1, most: 1 << 20 };
+    let failure = constrain(&domain, rules, &mut Alone { seed: 1 }).unwrap_err();
+    assert!(matches!(failure, GenerationError::Unsupported(_)));
+}

@@ -1,0 +1,110 @@
+//! Fills a cavity with cells by gift wrapping.
+//!
+//! **Statement.** The front consists of directed faces that need a cell on their positive side. A face receives the
+//! vertex on its positive side whose perturbed sphere through the face contains no other vertex that fits. Faces of the
+//! new cell leave the front, or enter it in the opposite direction. *If the front becomes empty, the cells tile the
+//! cavity:* all are positive, and the sum of their boundaries is the boundary of the cavity, so they cover it with
+//! degree one.
+//!
+//! A cell *fits* if none of its new edges crosses a face of the boundary, and no edge of the boundary crosses one of
+//! its new faces. In a constrained triangulation, the cell at a face has the first vertex that fits: a vertex in its
+//! sphere that fits would be visible from inside the cell. Most cavities need no test of fits, so the first attempt has
+//! none.
+//!
+//! **Source.** Si and Gaertner (2005); Diazzi, Panozzo, Vaxman and Attene (2023).
+//!
+//! **Work and depth.** O(n) sphere tests for each cell, for n vertices of the cavity.
+
+use std::collections::BTreeSet;
+
+use septet_geometry::predicates::Sign;
+
+use super::cells::face_of;
+use super::points::Points;
+
+/// Returns positive cells that tile the region on the positive sides of the faces. Returns `None` if there are none of
+/// these vertices that do.
+pub(super) fn wrap(points: &Points, faces: &[[u32; 3]], vertices: &[u32]) -> Option<Vec<[u32; 4]>> {
+    [false, true].into_iter().find_map(|tests| Wrapping { points, faces, vertices, tests }.run())
+}
+
+struct Wrapping<'a> {
+    points: &'a Points,
+    faces: &'a [[u32; 3]],
+    vertices: &'a [u32],
+    /// Whether cells must fit.
+    tests: bool,
+}
+
+impl Wrapping<'_> {
+    fn run(&self) -> Option<Vec<[u32; 4]>> {
+        let mut front: BTreeSet<[u32; 3]> = self.faces.iter().map(|&f| turned(f)).collect();
+        let mut made = Vec::new();
+        // A triangulation of n points has at most n (n - 3) / 2 cells.
+        let most = self.vertices.len() * self.vertices.len() / 2 + 1;
+        while let Some(&face) = front.first() {
+            let [a, b, c] = face;
+            let cell = [a, b, c, self.apex(face)?];
+            for slot in 0..4 {
+                let [a, b, c] = turned(face_of(&cell, slot));
+                if !front.remove(&[a, b, c]) && !front.insert(turned([a, c, b])) {
+                    return None;
+                }
+            }
+            made.push(cell);
+            if made.len() > most {
+                return None;
+            }
+        }
+        Some(made)
+    }
+
+    /// Returns the vertex of the cell at a face.
+    fn apex(&self, [a, b, c]: [u32; 3]) -> Option<u32> {
+        let above = |v: &u32| self.points.orientation([a, b, c, *v]) == Sign::Positive;
+        let mut candidates: Vec<u32> =
+            self.vertices.iter().copied().filter(|v| ![a, b, c].contains(v)).filter(above).collect();
+        while !candidates.is_empty() {
+            let mut best = 0;
+            for i in 1..candidates.len() {
+                if self.points.in_sphere([a, b, c, candidates[best]], candidates[i]) {
+                    best = i;
+                }
+            }
+            let v = candidates.swap_remove(best);
+            if !self.tests || self.fits([a, b, c], v) {
+                return Some(v);
+            }
+        }
+        None
+    }
+
+    fn fits(&self, [a, b, c]: [u32; 3], v: u32) -> bool {
+        let cell = [a, b, c, v];
+        let new_faces = [[a, b, v], [b, c, v], [c, a, v]];
+        self.faces.iter().all(|&face| {
+            let [p, q, r] = face;
+            let held = |x: u32| !cell.contains(&x) && self.holds(cell, x);
+            [a, b, c].into_iter().all(|x| !self.points.crosses([x, v], face))
+                && [[p, q], [q, r], [r, p]]
+                    .into_iter()
+                    .all(|edge| new_faces.into_iter().all(|new| !self.points.crosses(edge, new)))
+                && !face.into_iter().any(held)
+        })
+    }
+
+    /// Returns `true` if a closed cell contains a point.
+    fn holds(&self, cell: [u32; 4], x: u32) -> bool {
+        (0..4).all(|slot| {
+            let [a, b, c] = face_of(&cell, slot);
+            self.points.orientation([a, b, c, x]) != Sign::Negative
+        })
+    }
+}
+
+/// Rotates the smallest vertex of a directed face to the front.
+fn turned(mut face: [u32; 3]) -> [u32; 3] {
+    let first = (0..3).min_by_key(|&i| face[i]).unwrap_or(0);
+    face.rotate_left(first);
+    face
+}
