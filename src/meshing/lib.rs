@@ -48,6 +48,10 @@ pub mod points;
 
 pub mod generate;
 
+pub mod plane;
+
+pub mod as_it_is;
+
 pub mod mesh;
 
 pub mod sum;
