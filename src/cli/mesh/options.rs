@@ -48,6 +48,7 @@ Examples:
   septet mesh part.poly --json part.json --view 100000
   septet mesh scan.stl --size 0.5 --max-distance 0.01 -o scan.msh
   septet mesh box.off --boundary exact -o box.vtu
+  septet mesh map.poly --size none -o map.vtu
   septet mesh part.poly --size-field sizes.csv --min-size 0.01 -o part.1.ele"
 )]
 pub struct MeshArgs {
@@ -102,6 +103,12 @@ impl MeshArgs {
         needs("--singularity", given.has("singularity"), "--min-size", given.has("min-size"))?;
         excludes("--lipschitz", given.has("lipschitz"), "--radius-edge", given.has("radius-edge"))?;
         let mesh = given.spec()?;
+        if mesh.as_it_is {
+            for other in ["singularity", "lipschitz", "radius-edge", "min-size", "conforming", "improve"] {
+                excludes("--size none", true, &format!("--{other}"), given.has(other))?;
+            }
+            excludes("--size none", true, "--size-field", self.size_field.is_some())?;
+        }
         if let (Some(size), Some(least)) = (mesh.sizes.most, mesh.sizes.least)
             && least > size
         {

@@ -18,6 +18,35 @@ impl Value for Length {
     }
 }
 
+/// The upper limit of the size: a length, none, or the word `none` for the triangulation as it is.
+enum Limit {
+    /// The sizes follow from the domain, or are below this length.
+    Most(Length),
+    /// There are no sizes.
+    AsItIs,
+}
+
+/// The word for the triangulation as it is.
+const AS_IT_IS: &str = "none";
+
+impl Value for Limit {
+    const TYPES: &'static [&'static str] = &["number", "string", "null"];
+
+    fn read(text: &str) -> Result<Self, String> {
+        if text == AS_IT_IS {
+            return Ok(Limit::AsItIs);
+        }
+        Length::read(text).map(Limit::Most).map_err(|expected| format!("{expected}, or `{AS_IT_IS}`"))
+    }
+
+    fn setting(&self) -> Setting {
+        match self {
+            Limit::Most(length) => length.setting(),
+            Limit::AsItIs => Setting::Text(AS_IT_IS.to_owned()),
+        }
+    }
+}
+
 /// An angle in degrees.
 struct Degrees(f64);
 
@@ -119,11 +148,18 @@ pub static MESH_OPTIONS: &[Row<MeshSpec>] = &[
     ),
     option!(
         MeshSpec, "size", "size",
-        "Upper limit of the size; edges can be about twice as long",
-        Length,
-        |s| Length(s.sizes.most),
-        |s, Length(size)| { s.sizes.most = size; Ok(()) },
-        { form: "H", commands: Commands::MESH, heading: Heading::Sizes, is_common: true, matters: Matters::Cells }
+        "Upper limit of the size; edges can be about twice as long\n\n`none` keeps the constrained triangulation of the \
+         domain as it is, without new points.",
+        Limit,
+        |s| if s.as_it_is { Limit::AsItIs } else { Limit::Most(Length(s.sizes.most)) },
+        |s, limit| {
+            match limit {
+                Limit::Most(Length(size)) => (s.sizes.most, s.as_it_is) = (size, false),
+                Limit::AsItIs => (s.sizes.most, s.as_it_is) = (None, true),
+            }
+            Ok(())
+        },
+        { form: "H|none", commands: Commands::MESH, heading: Heading::Sizes, is_common: true, matters: Matters::Cells }
     ),
     option!(
         MeshSpec, "singularity", "singularity",
@@ -177,6 +213,16 @@ pub static MESH_OPTIONS: &[Row<MeshSpec>] = &[
         { form: "D", commands: Commands::MESH, heading: Heading::Boundary, is_common: true, matters: Matters::Cells, needs: Some(("boundary", "remesh")) }
     ),
     option!(
+        MeshSpec, "conforming", "conforming",
+        "Place points in the plane by Section 5 of the paper\n\nWithout the option, the constrained triangulation of a domain in \
+         the plane is refined until no angle is below 20 degrees, except between segments of the domain. This needs \
+         a fraction of the cells.",
+        bool,
+        |s| s.conforming,
+        |s, is_set| { s.conforming = is_set; Ok(()) },
+        { is_flag: true, commands: Commands::MESH, heading: Heading::Sizes, is_common: true, matters: Matters::Cells }
+    ),
+    option!(
         MeshSpec, "improve", "improve",
         "Remove slivers: cells with small dihedral angles\n\nVertices move until no angle is below 16 degrees, if possible.",
         bool,
@@ -207,8 +253,10 @@ mod tests {
             run: _,
             boundary: _,
             sizes,
+            as_it_is: _,
             feature_angle: _,
             max_distance: _,
+            conforming: _,
             improve: _,
             by_recursion: _,
         } = MeshSpec::default();
@@ -216,7 +264,7 @@ mod tests {
         let Sizes { most: _, least: _, field: _, singularity: _, lipschitz: _ } = sizes;
         let names: Vec<&str> = MESH_OPTIONS.iter().map(|row| row.name).collect();
         let fields = "boundary size singularity lipschitz radius-edge min-size feature-angle max-distance \
-                      improve by-recursion";
+                      conforming improve by-recursion";
         assert_eq!(names.join(" "), fields);
     }
 
@@ -224,6 +272,7 @@ mod tests {
     fn values_survive_a_round_trip() {
         let values = [
             ("boundary", "exact"),
+            ("size", "none"),
             ("size", "0.25"),
             ("singularity", "line:0,0,1,1,0.5,1"),
             ("lipschitz", "0.25"),
@@ -251,6 +300,7 @@ mod tests {
             ("size", "0"),
             ("size", "-1"),
             ("size", "inf"),
+            ("size", "nothing"),
             ("lipschitz", "1"),
             ("radius-edge", "1"),
             ("radius-edge", "1e300"),

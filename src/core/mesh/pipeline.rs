@@ -5,6 +5,7 @@
 use std::time::Instant;
 
 use glam::{DVec2, DVec3};
+use septet_meshing::as_it_is::AsItIs;
 use septet_meshing::conformity::Conformity;
 use septet_meshing::defect::Defect;
 use septet_meshing::domain::Domain;
@@ -165,7 +166,7 @@ pub fn make_of<P: Dimension>(
 }
 
 /// Runs [`made`] on the threads of the request.
-fn checked<P: Triangulate>(
+fn checked<P: AsItIs>(
     domain: &Domain<P>,
     request: &MeshSpec,
     keep: MeshKeep,
@@ -176,7 +177,7 @@ fn checked<P: Triangulate>(
 }
 
 /// Computes sizes, mesh, conformity and quality, in this order.
-fn made<P: Triangulate>(
+fn made<P: AsItIs>(
     domain: &Domain<P>,
     request: &MeshSpec,
     keep: MeshKeep,

@@ -104,12 +104,13 @@ class Mesh(Lazy):
 def mesh(
     domain: "str | os.PathLike[str] | Tuple[npt.ArrayLike, Any]",
     *,
-    size: Optional[float] = None,
+    size: Union[float, str, None] = None,
     min_size: Optional[float] = None,
     size_field: Optional[Tuple[npt.ArrayLike, npt.ArrayLike]] = None,
     boundary: Optional[str] = None,
     max_distance: Optional[float] = None,
     feature_angle: float = 60.0,
+    conforming: bool = False,
     improve: bool = False,
     threads: Optional[int] = None,
     seed: int = 1,
@@ -123,8 +124,8 @@ def mesh(
     domain : str, path, or tuple
         A file of ``septet mesh``, or the points and the polygons of a closed surface. In the plane, polygons are the closed
         loops of the boundary.
-    size : float, optional
-        Upper limit of the size.
+    size : float or 'none', optional
+        Upper limit of the size. 'none' keeps the constrained triangulation of the domain as it is, without new points.
     min_size : float, optional
         Lower limit of the size. It overrides every other size.
     size_field : tuple of array_like, optional
@@ -135,6 +136,9 @@ def mesh(
         Largest distance between a surface and its remeshed boundary.
     feature_angle : float, optional
         Edges whose faces turn by more degrees are ridges.
+    conforming : bool, optional
+        Whether a mesh in the plane places its points by Section 5 of the paper. By default, the constrained triangulation is
+        refined until no angle is below 20 degrees, except between segments of the domain.
     improve : bool, optional
         Whether slivers are removed.
     threads : int, optional
@@ -163,17 +167,29 @@ def mesh(
     >>> sorted(set(made.cell_regions.tolist()))
     [1]
     """
-    if not isinstance(improve, (bool, np.bool_)):
-        raise OptionError(f"improve must be True or False, not {improve!r}")
+    for name, flag in (("conforming", conforming), ("improve", improve)):
+        if not isinstance(flag, (bool, np.bool_)):
+            raise OptionError(f"{name} must be True or False, not {flag!r}")
+    as_it_is = isinstance(size, str) and size == "none"
+    if as_it_is:
+        others = {"min_size": min_size, "size_field": size_field}
+        without = [name for name, value in others.items() if value is not None]
+        without += [name for name, flag in (("conforming", conforming), ("improve", improve)) if flag]
+        if without:
+            raise OptionError(f"{without[0]} has no effect with size='none'; omit one of them")
     options: List[Tuple[str, str]] = [("seed", str(arguments.whole(seed, "seed", 0, 2**64 - 1)))]
     given = {"size": size, "min-size": min_size, "max-distance": max_distance, "feature-angle": feature_angle}
     for name, value in given.items():
-        if value is not None:
+        if name == "size" and as_it_is:
+            options.append((name, "none"))
+        elif value is not None:
             options.append((name, repr(arguments.number(value, name.replace("-", "_")))))
-    if size is not None and min_size is not None and float(min_size) > float(size):
+    if size is not None and not as_it_is and min_size is not None and float(min_size) > float(size):
         raise OptionError("min_size is larger than size and would override it everywhere; reduce min_size, or omit it")
     if boundary is not None:
         options.append(("boundary", arguments.word(boundary, "boundary", ("exact", "remesh"))))
+    if conforming:
+        options.append(("conforming", "true"))
     if improve:
         options.append(("improve", "true"))
     count = arguments.threads(threads)
