@@ -10,7 +10,7 @@ use septet_lab::trace::Detail;
 use super::faults::fault;
 use super::formats::{FormatArgs, input_help, outputs_help};
 use super::given::{Given, words};
-use super::headings::{OUTPUT, REPORTS};
+use super::headings::{INPUT, OUTPUT, REPORTS};
 use super::hidden::HiddenArgs;
 use super::text::suggestion;
 use super::weights::WeightArgs;
@@ -40,6 +40,12 @@ pub struct TriangulateArgs {
     /// percentiles, and slivers. They do not depend on workers, threads and processes.
     #[arg(long, help_heading = REPORTS)]
     pub stats: bool,
+    /// Keep these lines of a terrain as edges: .geojson, .wkt or .poly
+    ///
+    /// Heights of their points are those of points of the terrain at the same place, otherwise their z, otherwise
+    /// interpolated in the terrain. Lines may share points and overlap, but not cross between points.
+    #[arg(long, value_name = "FILE", help_heading = INPUT)]
+    pub breaklines: Option<PathBuf>,
     #[command(flatten)]
     pub given: Given<{ Commands::TRIANGULATE.bits() }>,
 }

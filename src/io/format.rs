@@ -387,6 +387,16 @@ formats! {
         roles: &[(Role::Domain, "")],
         instead: &[(Role::Points, "mesh it with `septet mesh`"), (Role::Cells, "mesh it with `septet mesh`")],
     }
+    /// Polygons, lines and points of a map (RFC 7946).
+    GeoJson {
+        extensions: &["geojson"],
+        roles: &[(Role::Domain, "polygons and lines in the plane; features are regions")],
+    }
+    /// Polygons, lines and points in well-known text.
+    Wkt {
+        extensions: &["wkt"],
+        roles: &[(Role::Domain, "polygons and lines in the plane; geometries are regions")],
+    }
 }
 
 impl Row {

@@ -57,6 +57,9 @@ pub mod points;
 pub mod generate;
 
 pub mod constrained;
+pub mod plane;
+
+pub mod as_it_is;
 
 pub mod mesh;
 

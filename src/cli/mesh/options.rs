@@ -52,6 +52,7 @@ Examples:
   septet mesh box.off --boundary exact -o box.vtu
   septet mesh scan.stl --repair --weld 1e-6 -o scan.vtu
   septet mesh rock.stl ore.stl -o deposit.vtu
+  septet mesh map.poly --size none -o map.vtu
   septet mesh part.poly --size-field sizes.csv --min-size 0.01 -o part.1.ele"
 )]
 pub struct MeshArgs {
@@ -112,14 +113,23 @@ impl MeshArgs {
         excludes("--strict", given.has("strict"), "--weld", given.has("weld"))?;
         excludes("--strict", given.has("strict"), "--repair", given.has("repair"))?;
         let mesh = given.spec()?;
-        for size in ["min-size", "singularity", "lipschitz", "radius-edge"] {
-            excludes("--size none", mesh.as_it_is, &format!("--{size}"), given.has(size))?;
-        }
-        excludes("--size none", mesh.as_it_is, "--size-field", self.size_field.is_some())?;
         let remeshes = mesh.boundary == Some(Boundary::Remesh);
-        excludes("--size none", mesh.as_it_is, "--boundary remesh", remeshes)?;
+        if mesh.as_it_is {
+            for other in [
+                "singularity",
+                "lipschitz",
+                "radius-edge",
+                "min-size",
+                "conforming",
+                "improve",
+                "keep-surface",
+            ] {
+                excludes("--size none", true, &format!("--{other}"), given.has(other))?;
+            }
+            excludes("--size none", true, "--size-field", self.size_field.is_some())?;
+            excludes("--size none", true, "--boundary remesh", remeshes)?;
+        }
         excludes("--keep-surface", mesh.keep_surface, "--boundary remesh", remeshes)?;
-        excludes("--keep-surface", mesh.keep_surface, "--size none", mesh.as_it_is)?;
         if let (Some(size), Some(least)) = (mesh.sizes.most, mesh.sizes.least)
             && least > size
         {

@@ -55,7 +55,8 @@ fn radius_edge<P: Triangulate>(checked: &CheckedMesh<'_, P>) -> Vec<String> {
     let CheckedMesh { domain, request, quality, .. } = *checked;
     let [free, near, above, outside] = &quality.places;
     let bound = Promise::of(request.sizes.lipschitz).free;
-    let bound = if request.remeshes(domain) { String::new() } else { format!(", bound {bound:.2}") };
+    let is_bounded = !request.remeshes(domain) && !request.as_it_is && !request.is_refined::<P>();
+    let bound = if is_bounded { format!(", bound {bound:.2}") } else { String::new() };
     let mut parts = Vec::new();
     for (place, bound, at) in [
         (free, bound.as_str(), "away from the boundary"),
@@ -122,7 +123,8 @@ fn angles<P: Triangulate>(checked: &CheckedMesh<'_, P>) -> Vec<String> {
         format!("{angle} from {:.2} to {:.2} degrees", quality.angles.least, quality.angles.most),
     )];
     if P::DIM == 3 && number > 0 {
-        let help = if checked.request.improve { "" } else { "; the mesh is as generated (--no-improve)" };
+        let is_final = checked.request.improve || checked.request.as_it_is;
+        let help = if is_final { "" } else { "; the mesh is as generated (--no-improve)" };
         let slivers = counted(number, "sliver");
         let text = format!(
             "{slivers}: an angle below {limit} degrees and a radius-edge ratio below {SLIVER_RATIO}{help}"

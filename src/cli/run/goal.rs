@@ -68,6 +68,14 @@ impl<'a> Goal<'a> {
         self.args().offsets.as_deref()
     }
 
+    /// Returns the file of break lines.
+    pub(super) fn breaklines(self) -> Option<&'a Path> {
+        match self {
+            Goal::Triangulate(args) => args.breaklines.as_deref(),
+            Goal::Simulate(_) => None,
+        }
+    }
+
     /// Whether the numbers of the triangulation are printed and reported.
     pub(super) fn has_stats(self) -> bool {
         match self {
@@ -92,6 +100,11 @@ impl<'a> Goal<'a> {
         needs("--offsets", self.offsets().is_some(), "--periodic", given.has("periodic"))?;
         excludes("--stats", self.has_stats(), "--periodic", given.has("periodic"))?;
         excludes("--terrain", given.has("terrain"), "--periodic", given.has("periodic"))?;
+        if self.breaklines().is_some() {
+            needs("--breaklines", true, "--terrain", given.has("terrain"))?;
+            excludes("--breaklines", true, "--stats", self.has_stats())?;
+            excludes("--breaklines", true, "--with-owner", given.has("with-owner"))?;
+        }
         let spec = given.spec()?.with(|c| {
             c.keep.costs = self.cost_trace().is_some();
             c.planted.fault = args.fault;

@@ -3,6 +3,7 @@
 //! A process that runs a command alone is a team of one. Several processes run the same command. They agree on every error
 //! before they continue, so that all end with the same exit code. Only the first one prints.
 
+mod breaklines;
 mod goal;
 mod output;
 mod plan;

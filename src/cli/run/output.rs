@@ -21,7 +21,7 @@ use crate::files::{self, Fresh};
 use crate::formats::write_mesh;
 use crate::progress::Talk;
 
-/// Writes the triangulation to all outputs. Returns the files written.
+/// Writes the triangulation with its break lines to all outputs. Returns the files written.
 pub(super) fn write_mesh_files(
     (plan, spec): (&Plan<'_>, &Spec),
     run: &Outcome,
@@ -32,7 +32,8 @@ pub(super) fn write_mesh_files(
     let held = &rows.held;
     if team.is_alone() {
         let (coordinates, source) = (held.points.coordinates(), held.source_index.as_deref());
-        return write_all((plan, spec), run, (rows, coordinates, source), talk);
+        let cells = rows.breaks.as_ref().map(|breaks| breaks.cells(run, talk)).transpose()?;
+        return write_all((plan, spec), (run, cells.as_deref()), (rows, coordinates, source), talk);
     }
     if spec.input.periodic.is_some() {
         return write_gathered((plan, spec), run, (rows, team), talk);
@@ -73,14 +74,14 @@ fn write_gathered(
     let own = held.source_index.iter().flatten().copied();
     let source = if held.skipped > 0 { Some(to_first(&mut team.processes, own)?) } else { None };
     let all = (rows, &coordinates[..], source.as_deref());
-    Ok(team.first_only(|| write_all(order, run, all, talk))?.unwrap_or_default())
+    Ok(team.first_only(|| write_all(order, (run, None), all, talk))?.unwrap_or_default())
 }
 
 /// Writes a triangulation that this process has to all outputs, or to none of its files. `coordinates` are those of all points, and
 /// `source` is the row of the input of each of them, if rows were dropped.
 fn write_all(
     (plan, spec): (&Plan<'_>, &Spec),
-    run: &Outcome,
+    (run, other_cells): (&Outcome, Option<&[u64]>),
     (rows, coordinates, source): (&Rows, &[f64], Option<&[u64]>),
     talk: &Talk,
 ) -> Result<Vec<PathBuf>, Failure> {
@@ -100,6 +101,10 @@ fn write_all(
         };
         let view = run.view(coordinates);
         let view = MeshView { heights: held.heights.as_deref(), ..view };
+        let view = match other_cells {
+            Some(cells) => MeshView { cells, owner: None, owning_leaf: None, run: None, ..view },
+            None => view,
+        };
         let has_points = !options.format_of(output)?.row().has_input_rows;
         let written = match spec.input.periodic.as_ref().filter(|_| has_points) {
             Some(periodic) => write_unfolded((output, periodic), run, &view, &options, &mut progress)?,

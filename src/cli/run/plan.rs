@@ -77,7 +77,8 @@ impl<'a> Plan<'a> {
             goal.hidden().map_or(Ok(()), check_rows_output)?;
             goal.offsets().map_or(Ok(()), check_offsets_output)?;
             let weights = goal.weights().and_then(GivenWeights::file);
-            let inputs: Vec<&Path> = input.files().into_iter().chain(weights).collect();
+            let inputs = input.files().into_iter().chain(weights).chain(goal.breaklines());
+            let inputs: Vec<&Path> = inputs.collect();
             files::check_as(&inputs, &args.output, &args.writing.options(), &texts)?;
         }
         check_effects(args, goal.given())?;
@@ -138,6 +139,10 @@ impl<'a> Plan<'a> {
 /// Refuses what needs all cells or all ranks in one process.
 fn refuse(goal: Goal<'_>, spec: &Spec) -> Result<(), Failure> {
     let args = goal.args();
+    if goal.breaklines().is_some() {
+        let message = "several processes cannot insert --breaklines";
+        return Err(Failure::new(Code::Usage, message).help("run one process"));
+    }
     if args.input == "@-" || args.input.trim_start_matches('@').starts_with("/dev/") {
         let message = format!("{}: several processes cannot read it", args.input);
         return Err(

@@ -15,6 +15,7 @@ use septet_geometry::coordinates::{HigherSlice, PointSlice};
 use septet_io::read::{Extent, SharedPoints, read_shared, share_points};
 use septet_io::write::check_gathered;
 
+use super::breaklines::Breaklines;
 use super::plan::Plan;
 use super::team::Team;
 use crate::errors::{Code, Failure};
@@ -32,6 +33,8 @@ pub(super) struct Rows {
     pub spacing: Option<f64>,
     /// Measured seconds, if this process reads alone.
     pub seconds: Option<f64>,
+    /// The break lines, if there are some.
+    pub breaks: Option<Breaklines>,
 }
 
 impl Rows {
@@ -41,7 +44,9 @@ impl Rows {
     /// Fails with the first failure of any process.
     pub(super) fn read(plan: &Plan<'_>, team: &mut Team<'_>, talk: &Talk) -> Result<Self, Failure> {
         let Some(placement) = plan.placement else {
-            return Rows::of_all(plan.input.load(&plan.reading, talk)?);
+            let mut rows = Rows::of_all(plan.input.load(&plan.reading, talk)?)?;
+            rows.breaks = Breaklines::join(plan.goal.breaklines(), &mut rows.held, talk)?;
+            return Ok(rows);
         };
         let process = team.processes.process();
         let stop = &|| talk.is_cancelled();
@@ -118,7 +123,7 @@ impl Rows {
             WeightedPoints::join(&held.points, &weights).ok_or_else(lacks)
         };
         let weighted = held.weights.take().map(join).transpose()?;
-        Ok(Rows { held, weighted, spacing, seconds })
+        Ok(Rows { held, weighted, spacing, seconds, breaks: None })
     }
 
     /// Returns the points, with their weights if they have some.

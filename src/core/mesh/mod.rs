@@ -18,8 +18,8 @@ mod tests;
 
 use std::time::Instant;
 
+use septet_meshing::as_it_is::{AsItIs, Counted};
 use septet_meshing::conformity::{self, Conformity, Follow};
-use septet_meshing::constrained::{constrain, constrain_and_fill};
 use septet_meshing::distance::Features;
 use septet_meshing::domain::Domain;
 use septet_meshing::facet::Triangulate;
@@ -30,7 +30,7 @@ use septet_meshing::mesh::{Mesh, StageLine};
 use septet_meshing::quality::balls::BoundaryBalls;
 pub use septet_meshing::quality::promise::Promise;
 use septet_meshing::quality::zones::Zones;
-use septet_meshing::quality::{Measure, Quality, quality_on};
+use septet_meshing::quality::{CentrePlace, Measure, Quality, quality_on};
 use septet_meshing::size::SizeFunction;
 use septet_workers::profile::stage_span;
 
@@ -75,7 +75,13 @@ fn sizes_on<P: Triangulate>(
     machine: &CountedMachine,
 ) -> Result<SizeFunction<P>, MeshError> {
     let mut options = request.size_options(domain)?;
-    if !request.remeshes(domain) && !request.as_it_is {
+    if request.is_free::<P>() {
+        // No part of the boundary limits the size, and no good cell is larger than this.
+        let none = Features::of_chains(domain, Vec::new());
+        options.constraints.most.get_or_insert(4.0 * diagonal_of(domain));
+        return Ok(SizeFunction::of_features(domain, &none, &options, machine)??);
+    }
+    if !request.remeshes(domain) {
         let features = Features::new(domain);
         if let Some(Coarse { feature, size, step }) = Coarse::of(domain, &features) {
             return Err(MeshError::Coarse { feature, size, step });
@@ -84,21 +90,21 @@ fn sizes_on<P: Triangulate>(
     }
     let constraints = &mut options.constraints;
     if constraints.most.is_none() && constraints.field.is_empty() && constraints.singularities.is_empty() {
-        let live = domain.corners.iter().map(|&v| domain.points()[v as usize]);
-        let extent = septet_meshing::bvh::Bounds::of(live).extent();
-        let diagonal = septet_geometry::range::scale(extent, -domain.simplices.exponent).norm2().sqrt();
-        constraints.most = Some(diagonal / DEFAULT_PARTS);
-    }
-    if request.as_it_is {
-        // Nothing has a size, so the size is the same everywhere.
-        let none = Features::of_chains(domain, Vec::new());
-        return Ok(SizeFunction::of_features(domain, &none, &options, machine)??);
+        constraints.most = Some(diagonal_of(domain) / DEFAULT_PARTS);
     }
     let surface = SurfaceFeatures::new(domain, request.feature_angle);
     Ok(SizeFunction::of_features(domain, &surface.distance_features(domain), &options, machine)??)
 }
 
-/// Measures the quality of a mesh of this request. For a triangulation as it is, no ratio is promised. For a remeshed surface, no radius-edge ratio is promised, and only
+/// Returns the diagonal of the bounding box of the corners, in the unit of the file.
+fn diagonal_of<P: Triangulate>(domain: &Domain<P>) -> f64 {
+    let live = domain.corners.iter().map(|&v| domain.points()[v as usize]);
+    let extent = septet_meshing::bvh::Bounds::of(live).extent();
+    septet_geometry::range::scale(extent, -domain.simplices.exponent).norm2().sqrt()
+}
+
+/// Measures the quality of a mesh of this request. For a constrained triangulation, no radius-edge ratio is promised. Neither is one
+/// for a remeshed surface, of which only
 /// its corners and ridges define the local feature size.
 pub fn assess<P: Triangulate>(
     domain: &Domain<P>,
@@ -108,11 +114,8 @@ pub fn assess<P: Triangulate>(
     worst: usize,
 ) -> Quality<P> {
     let _span = stage_span(request.run.machine.name(), "quality");
-    if request.is_constrained() {
-        let zones = Zones { domain, features: &Features::new(domain), size: &|x| size.at(x), zone: 1.0 };
-        let place = |centre, radius| zones.place(centre, radius);
-        let measure = Measure { place: &place, local_size: None, promised: [None; 3], worst };
-        return quality(domain, mesh, &measure);
+    if request.is_free::<P>() || request.keep_surface {
+        return measure_freely(domain, mesh, worst);
     }
     if !request.remeshes(domain) {
         return measure(domain, mesh, size, worst);
@@ -127,6 +130,15 @@ pub fn assess<P: Triangulate>(
         promised: [None; 3],
         worst,
     };
+    quality_on(domain, mesh, &measure, &AllCores)
+}
+
+/// Measures the quality of a constrained triangulation, for which no radius-edge ratio is promised.
+fn measure_freely<P: Triangulate>(domain: &Domain<P>, mesh: &Mesh<P>, worst: usize) -> Quality<P> {
+    let place = |centre, _| {
+        if domain.is_inside(centre) { CentrePlace::Free } else { CentrePlace::Outside(None) }
+    };
+    let measure = Measure { place: &place, local_size: None, promised: [None; 3], worst };
     quality_on(domain, mesh, &measure, &AllCores)
 }
 
@@ -165,7 +177,7 @@ struct Built<P: Triangulate> {
 ///
 /// # Errors
 /// Returns [`MeshError`].
-pub fn generate<P: Triangulate>(
+pub fn generate<P: AsItIs>(
     domain: &Domain<P>,
     size: &SizeFunction<P>,
     request: &MeshSpec,
@@ -177,7 +189,7 @@ pub fn generate<P: Triangulate>(
 ///
 /// # Errors
 /// Returns [`MeshError`].
-fn build<P: Triangulate>(
+fn build<P: AsItIs>(
     domain: &Domain<P>,
     size: &SizeFunction<P>,
     request: &MeshSpec,
@@ -188,38 +200,31 @@ fn build<P: Triangulate>(
     if let Some(limit) = request.run.machine.max_memory.or_else(memory::available) {
         rules.most = MOST_POINTS.min(limit / BYTES_PER_POINT);
     }
-    if let Some(limit) = request.run.machine.max_memory.filter(|_| !request.as_it_is) {
-        let points = generate::expected_points(domain, rules, &AllCores);
+    if let Some(limit) = request.run.machine.max_memory {
+        let points = if request.as_it_is {
+            domain.corners.len() as u64
+        } else {
+            generate::expected_points(domain, rules, &AllCores)
+        };
         let forecast = points.saturating_mul(BYTES_PER_POINT).saturating_add(64 << 20);
         if forecast > limit {
             return Err(MeshError::Memory { forecast, limit, points });
         }
     }
-    let made = if request.as_it_is {
-        constrain(domain, rules, &mut machine)
-    } else if request.keep_surface {
-        constrain_and_fill(domain, rules, &mut machine)
-    } else if request.remeshes(domain) {
-        let options = Options { distance: request.max_distance };
-        remesh(domain, rules, request.feature_angle, options, &mut machine)
-    } else {
-        generate::generate(domain, rules, &mut machine)
-    };
-    let made = made.map_err(|failure| match failure {
-        GenerationError::Machine(error) => MeshError::Run(error),
-        GenerationError::Missing(Missing { features, reason }) => MeshError::Missing { features, reason },
-        GenerationError::TooMany(most) => MeshError::TooMany { most },
-        GenerationError::Unsupported(what) => MeshError::Unsupported(what),
-    })?;
+    let (made, sequential) = generated(domain, rules, request, &mut machine).map_err(failure)?;
     let inside = (0..made.delaunay.cells.len() as u32).filter(|&c| made.labels.is_inside(c)).count();
     // The cells of a constrained triangulation are not those of a run.
     let known = machine.owners(P::DIM, made.delaunay.cells.len());
     let known = known.filter(|_| inside <= owned && !request.is_constrained());
     let known = known.map(|owners| (made.delaunay.cells.clone(), owners.to_vec()));
     let (mut stages, run_log) = machine.finish(&made.stages);
+    if let Some(last) = stages.last_mut() {
+        last.work += sequential;
+        last.depth += sequential;
+    }
     let mut mesh = made.into_mesh(domain);
     let owners = known.and_then(|(cells, owners)| view::owned(&cells, &owners, &mesh));
-    if request.improve {
+    if request.improve && !request.as_it_is {
         let _span = stage_span(request.run.machine.name(), "improve");
         let start = Instant::now();
         let follow = request.remeshes(domain).then(|| follow(request));
@@ -235,6 +240,37 @@ fn build<P: Triangulate>(
         });
     }
     Ok(Built { mesh, stages, run_log, owners })
+}
+
+/// Generates a mesh as the request chooses. Also returns the operations that the machine does not count.
+fn generated<P: AsItIs>(
+    domain: &Domain<P>,
+    rules: Rules<'_, P>,
+    request: &MeshSpec,
+    machine: &mut CountedMachine,
+) -> Counted<P, crate::Error> {
+    if request.as_it_is {
+        P::as_it_is(domain, rules, machine)
+    } else if request.keep_surface {
+        P::filled(domain, rules, machine)
+    } else if request.is_refined::<P>() {
+        P::refined(domain, rules, request.least_angle(), machine)
+    } else if request.remeshes(domain) {
+        let options = Options { distance: request.max_distance };
+        remesh(domain, rules, request.feature_angle, options, machine).map(|made| (made, 0))
+    } else {
+        generate::generate(domain, rules, machine).map(|made| (made, 0))
+    }
+}
+
+/// Converts an error of the generator.
+fn failure(failure: GenerationError<crate::Error>) -> MeshError {
+    match failure {
+        GenerationError::Machine(error) => MeshError::Run(error),
+        GenerationError::Missing(Missing { features, reason }) => MeshError::Missing { features, reason },
+        GenerationError::TooMany(most) => MeshError::TooMany { most },
+        GenerationError::Unsupported(what) => MeshError::Unsupported(what),
+    }
 }
 
 /// Returns the machine of the runs. The memory limit applies to the mesh as a whole, not to each run.

@@ -177,7 +177,7 @@ pub static MESH_OPTIONS: &[Row<MeshSpec>] = &[
     option!(
         MeshSpec, "size", "size",
         "Upper limit of the size; edges can be about twice as long\n\nWith `none`, the domain is triangulated as it is: \
-         every edge and every facet is kept, and points are added only on edges that cannot be kept otherwise.",
+         every edge and every facet is kept. In space, points are added on edges that cannot be kept otherwise.",
         Upper,
         |s| if s.as_it_is { Upper::AsItIs } else { Upper::Most(s.sizes.most) },
         |s, upper| {
@@ -250,6 +250,16 @@ pub static MESH_OPTIONS: &[Row<MeshSpec>] = &[
         { form: "D", commands: Commands::MESH, heading: Heading::Boundary, is_common: true, matters: Matters::Cells, needs: Some(("boundary", "remesh")) }
     ),
     option!(
+        MeshSpec, "conforming", "conforming",
+        "Place points in the plane by Section 5 of the paper\n\nWithout the option, the constrained triangulation of a domain in \
+         the plane is refined until no angle is below 20 degrees, except between segments of the domain. This needs \
+         a fraction of the cells.",
+        bool,
+        |s| s.conforming,
+        |s, is_set| { s.conforming = is_set; Ok(()) },
+        { is_flag: true, commands: Commands::MESH, heading: Heading::Sizes, is_common: true, matters: Matters::Cells }
+    ),
+    option!(
         MeshSpec, "improve", "improve",
         "Remove cells with small angles (the default)\n\nCells are flipped, and vertices are moved, inserted and merged, until \
          no angle is below 16 degrees, if possible.",
@@ -295,6 +305,7 @@ mod tests {
             keep_surface: _,
             feature_angle: _,
             max_distance: _,
+            conforming: _,
             improve: _,
             by_recursion: _,
         } = MeshSpec::default();
@@ -302,7 +313,7 @@ mod tests {
         let Sizes { most: _, least: _, field: _, singularity: _, lipschitz: _ } = sizes;
         let names: Vec<&str> = MESH_OPTIONS.iter().map(|row| row.name).collect();
         let fields = "weld repair strict boundary size singularity lipschitz radius-edge min-size keep-surface feature-angle \
-                      max-distance improve no-improve by-recursion";
+                      max-distance conforming improve no-improve by-recursion";
         assert_eq!(names.join(" "), fields);
     }
 
@@ -339,6 +350,7 @@ mod tests {
             ("size", "0"),
             ("size", "-1"),
             ("size", "inf"),
+            ("size", "nothing"),
             ("lipschitz", "1"),
             ("radius-edge", "1"),
             ("radius-edge", "1e300"),

@@ -6,6 +6,7 @@ use std::time::Instant;
 
 use glam::{DVec2, DVec3};
 use septet_meshing::Accepted;
+use septet_meshing::as_it_is::AsItIs;
 use septet_meshing::conformity::Conformity;
 use septet_meshing::defect::{Defect, Element};
 use septet_meshing::domain::Domain;
@@ -209,7 +210,7 @@ pub fn make_of<P: Dimension>(
 }
 
 /// Runs [`made`] on the threads of the request.
-fn checked<P: Triangulate>(
+fn checked<P: AsItIs>(
     domain: &Domain<P>,
     request: &MeshSpec,
     keep: MeshKeep,
@@ -220,11 +221,7 @@ fn checked<P: Triangulate>(
 }
 
 /// Computes sizes, mesh, conformity and quality, in this order.
-fn made<P: Triangulate>(
-    domain: &Domain<P>,
-    request: &MeshSpec,
-    keep: MeshKeep,
-) -> Result<Made<P>, MakeError<P>> {
+fn made<P: AsItIs>(domain: &Domain<P>, request: &MeshSpec, keep: MeshKeep) -> Result<Made<P>, MakeError<P>> {
     if request.max_distance.is_some() && !request.remeshes(domain) {
         let what =
             "a largest distance applies only to remeshed boundaries, but this boundary is kept exactly";

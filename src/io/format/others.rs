@@ -55,7 +55,7 @@ pub(super) const OTHERS: [Other; 20] = [
     ),
     other(&["json"], "JSON", "write the coordinates as .csv or .npy", "write .vtu for ParaView"),
     other(
-        &["geojson", "shp", "kml", "gpkg", "gpx"],
+        &["shp", "kml", "gpkg", "gpx"],
         "a layer of a geographic information system",
         "export its points as .csv, such as with QGIS or `ogr2ogr -f CSV -lco GEOMETRY=AS_XY`",
         "write .csv for points, or .obj for triangles",

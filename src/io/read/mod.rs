@@ -10,6 +10,7 @@ mod apart;
 mod array;
 mod axes;
 mod before;
+mod breaklines;
 mod cells;
 mod chemistry;
 mod collect;
@@ -49,6 +50,7 @@ mod weight_rows;
 mod weights;
 
 pub use apart::apart;
+pub use breaklines::read_breaklines;
 pub use cells::{CellFile, CellOptions};
 pub use dispatch::{read, read_cells, read_cells_from, read_from, read_mesh};
 pub use domain::{AnyInput, DomainFile};

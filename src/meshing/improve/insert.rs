@@ -53,7 +53,8 @@ pub(super) fn insert<P: Space>(mesh: &Editable<P>, rules: &Rules<'_, P>, cell: u
 fn seeds<P: Space>(mesh: &Editable<P>, rules: &Rules<'_, P>, cell: u32) -> Vec<Seed<P>> {
     let row = mesh.cells[cell as usize];
     let middle = |of: &[u32]| {
-        rules.snapped(of.iter().fold(P::splat(0.0), |sum, &v| sum + mesh.points[v as usize] / of.len() as f64))
+        rules
+            .snapped(of.iter().fold(P::splat(0.0), |sum, &v| sum + mesh.points[v as usize] / of.len() as f64))
     };
     let mut found =
         vec![Seed { at: middle(&row), carrier: Carrier::Volume, of: row.to_vec(), cells: vec![cell] }];

@@ -420,6 +420,7 @@ def mesh(
     keep_surface: bool = False,
     max_distance: float | None = None,
     feature_angle: float = 60.0,
+    conforming: bool = False,
     improve: bool = True,
     weld: Optional[float] = None,
     repair: bool = False,

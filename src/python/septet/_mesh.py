@@ -113,13 +113,14 @@ class Mesh(Lazy):
 def mesh(
     domain: "str | os.PathLike[str] | Tuple[npt.ArrayLike, Any]",
     *,
-    size: "Optional[Union[float, str]]" = None,
+    size: Union[float, str, None] = None,
     min_size: Optional[float] = None,
     size_field: Optional[Tuple[npt.ArrayLike, npt.ArrayLike]] = None,
     boundary: Optional[str] = None,
     keep_surface: bool = False,
     max_distance: Optional[float] = None,
     feature_angle: float = 60.0,
+    conforming: bool = False,
     improve: bool = True,
     weld: Optional[float] = None,
     repair: bool = False,
@@ -137,7 +138,8 @@ def mesh(
         A file of ``septet mesh``, or the points and the polygons of a closed surface. In the plane, polygons are the closed
         loops of the boundary.
     size : float or 'none', optional
-        Upper limit of the size. With 'none', the domain is triangulated as it is, without sizes and without quality.
+        Upper limit of the size. With 'none', the domain is triangulated as it is, without sizes and without quality. Points are
+        added, in space, only on edges that cannot be kept otherwise.
     min_size : float, optional
         Lower limit of the size. It overrides every other size.
     size_field : tuple of array_like, optional
@@ -150,6 +152,9 @@ def mesh(
         Largest distance between a surface and its remeshed boundary.
     feature_angle : float, optional
         Edges whose faces turn by more degrees are ridges.
+    conforming : bool, optional
+        Whether a mesh in the plane places its points by Section 5 of the paper. By default, the constrained triangulation is
+        refined until no angle is below 20 degrees, except between segments of the domain.
     improve : bool, optional
         Whether cells with small angles are removed.
     weld : float, optional
@@ -186,28 +191,32 @@ def mesh(
     >>> sorted(set(made.cell_regions.tolist()))
     [1]
     """
-    flags = {"keep-surface": keep_surface, "repair": repair, "strict": strict}
+    flags = {"conforming": conforming, "keep-surface": keep_surface, "repair": repair, "strict": strict}
     for name, flag in {**flags, "improve": improve}.items():
         if not isinstance(flag, (bool, np.bool_)):
             raise OptionError(f"{name.replace('-', '_')} must be True or False, not {flag!r}")
     if strict and (repair or weld is not None):
         raise OptionError("strict refuses what weld and repair change: omit it, or them")
-    options: List[Tuple[str, str]] = [("seed", str(arguments.whole(seed, "seed", 0, 2**64 - 1)))]
     as_it_is = isinstance(size, str)
     if as_it_is:
-        options.append(("size", arguments.word(size, "size", ("none",))))
+        others = {"min_size": min_size, "size_field": size_field}
+        without = [name for name, value in others.items() if value is not None]
+        without += [name for name, flag in (("conforming", conforming), ("keep_surface", keep_surface)) if flag]
+        if without:
+            raise OptionError(f"{without[0]} has no effect with size='none'; omit one of them")
+    options: List[Tuple[str, str]] = [("seed", str(arguments.whole(seed, "seed", 0, 2**64 - 1)))]
     given = {
         "weld": weld,
-        "size": None if as_it_is else size,
+        "size": size,
         "min-size": min_size,
         "max-distance": max_distance,
         "feature-angle": feature_angle,
     }
     for name, value in given.items():
-        if value is not None:
+        if name == "size" and as_it_is:
+            options.append((name, arguments.word(size, name, ("none",))))
+        elif value is not None:
             options.append((name, repr(arguments.number(value, name.replace("-", "_")))))
-    if as_it_is and (min_size is not None or size_field is not None):
-        raise OptionError("size='none' leaves no size; omit min_size and size_field")
     if not as_it_is and size is not None and min_size is not None and float(min_size) > float(size):
         raise OptionError("min_size is larger than size and would override it everywhere; reduce min_size, or omit it")
     if boundary is not None:

@@ -1,5 +1,6 @@
 //! The readers of the formats. [`reader`] has an entry for each format of the table.
 
+pub mod geojson;
 mod las;
 mod medit;
 mod msh;
@@ -13,6 +14,7 @@ pub mod raw;
 mod stl;
 mod vtk;
 mod vtu;
+pub mod wkt;
 
 use std::path::Path;
 
@@ -178,6 +180,8 @@ pub const fn reader(format: Format) -> Reader {
         Format::Ele => Reader { signature: is_ele, cells: Some(cells::read_ele), ..NONE },
         Format::Poly => Reader { domain: Some(poly::read_polygons), ..NONE },
         Format::Smesh => Reader { domain: Some(poly::read_simple), ..NONE },
+        Format::GeoJson => Reader { signature: is_geojson, domain: Some(geojson::read_domain), ..NONE },
+        Format::Wkt => Reader { signature: is_wkt, domain: Some(wkt::read_domain), ..NONE },
         Format::Pvtu => Reader { cells: Some(vtu::read_cells_of_pieces), mesh: Some(vtu::read_both), ..NONE },
         Format::Faces | Format::Svg => NONE,
     }
@@ -185,6 +189,14 @@ pub const fn reader(format: Format) -> Reader {
 
 fn is_node(data: &[u8]) -> bool {
     signature::is_node(text(data))
+}
+
+fn is_geojson(data: &[u8]) -> bool {
+    geojson::is_geojson(text(data))
+}
+
+fn is_wkt(data: &[u8]) -> bool {
+    wkt::is_wkt(text(data))
 }
 
 fn is_ply(data: &[u8]) -> bool {

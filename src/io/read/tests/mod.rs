@@ -7,6 +7,7 @@ mod dimensions;
 mod formats;
 mod hostile;
 mod loading;
+mod maps;
 mod mutations;
 mod raw;
 mod reports;
