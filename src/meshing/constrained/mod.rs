@@ -98,7 +98,8 @@ pub fn constrain<P: Space, M: MeshMachine<P>>(
             "only domains in space have a constrained tetrahedralization",
         ));
     }
-    let missing = |lost: Lost| GenerationError::Missing(Missing { features: lost.into_iter().collect() });
+    let missing =
+        |lost: Lost| GenerationError::Missing(Missing::of(domain, lost.into_iter().collect(), false));
     machine.stage("triangulation");
     let layout = Layout::new(domain);
     let points = boxed(&layout);

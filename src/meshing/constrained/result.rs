@@ -7,6 +7,7 @@
 
 use std::collections::BTreeMap;
 
+use glam::DVec3;
 use septet_geometry::point::Simplex;
 use septet_geometry::predicates::Sign;
 
@@ -104,7 +105,9 @@ impl Recovery {
         let rows: Vec<[u32; 4]> = inside.iter().map(|&c| self.cells.row(c).map(short)).collect();
         let mut at = self.points.at.clone();
         at.drain(given..given + BOX);
-        let done = settle(&mut at, &movable, &rows).map_err(|bad| lost(&bad, &carriers))?;
+        let frame = &domain.simplices.frame;
+        let snapped = |p: DVec3| space(frame.snapped(P::from_coords(&p.to_array())));
+        let done = settle(&mut at, &movable, &rows, snapped).map_err(|bad| lost(&bad, &carriers))?;
         let found = faces.into_iter().filter_map(|(face, patch, cells)| {
             let cells = cells.map(|c| number.get(&c).copied().unwrap_or(u32::MAX));
             let facet = self.layout.patches[patch as usize].facet;

@@ -39,7 +39,7 @@ pub(super) struct Rounded {
     pub(super) moved: u64,
 }
 
-/// Moves points until all cells are positive.
+/// Moves points until all cells are positive. All points are moved to places that can be written (`snapped`) first.
 ///
 /// # Errors
 /// Returns the cells that are not positive.
@@ -47,10 +47,14 @@ pub(super) fn settle(
     at: &mut [DVec3],
     movable: &[OnPart],
     cells: &[[u32; 4]],
+    snapped: impl Fn(DVec3) -> DVec3,
 ) -> Result<Rounded, Vec<[u32; 4]>> {
     let is_good =
         |at: &[DVec3], cell: &[u32; 4]| orientation(&cell.map(|v| at[v as usize])) == Sign::Positive;
     let bad = |at: &[DVec3]| cells.iter().copied().filter(|c| !is_good(at, c)).collect::<Vec<_>>();
+    for point in movable {
+        at[point.vertex as usize] = snapped(at[point.vertex as usize]);
+    }
     let mut open = bad(at);
     let mut done = Rounded { bad: open.len() as u64, moved: 0 };
     if open.is_empty() {
@@ -73,7 +77,7 @@ pub(super) fn settle(
             if best.0 == 0 {
                 continue;
             }
-            for place in places(at, point, largest) {
+            for place in places(at, point, largest).map(&snapped) {
                 at[v] = place;
                 let count = wrong(at);
                 if count < best.0 {

@@ -52,7 +52,7 @@ impl Coarse {
 
 impl Missing {
     /// Names the missing features of a domain, and why they are missing.
-    pub(super) fn of<P: Space>(domain: &Domain<P>, features: Vec<(Feature, u32)>, is_rounded: bool) -> Self {
+    pub(crate) fn of<P: Space>(domain: &Domain<P>, features: Vec<(Feature, u32)>, is_rounded: bool) -> Self {
         let named = |f: &Feature| features.binary_search_by_key(f, |&(f, _)| f).is_ok();
         let reason = if is_rounded {
             Reason::Rounding

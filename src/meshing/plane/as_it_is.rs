@@ -112,7 +112,7 @@ impl Start {
             }
         }
         if !crossed.is_empty() {
-            return Err(GenerationError::Missing(Missing { features: crossed }));
+            return Err(GenerationError::Missing(Missing::of(domain, crossed, false)));
         }
         let beside: Vec<[Option<u32>; 2]> = chains.iter().map(|&[a, b]| made.beside(a, b)).collect();
         let labels = labels(domain, &made, &beside);

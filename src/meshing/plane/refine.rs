@@ -246,6 +246,7 @@ impl<'a> Refiner<'a> {
             Some(share) => p + (q - p) * share,
             None => p + (q - p) * 0.5,
         };
+        let at = self.domain.simplices.frame.snapped(at);
         let is_apart = |r: DVec2| (at - r).length() > self.least;
         if is_apart(p) && is_apart(q) && self.made.is_inside_quad(cell, corner, at) {
             let seeds = [Some(cell), self.made.across(cell, corner)];
@@ -305,7 +306,7 @@ impl<'a> Refiner<'a> {
         let middle = p + (q - p) * 0.5;
         let off = middle + (q - p).perp() * self.off_centre;
         let is_nearer = (off - middle).length_squared() < (centre - middle).length_squared();
-        let at = if is_thin && is_nearer { off } else { centre };
+        let at = self.domain.simplices.frame.snapped(if is_thin && is_nearer { off } else { centre });
         let found = match self.locate(cell, at) {
             Ok(found) => found,
             Err(Some(edge)) => return Attempt::Encroached(vec![edge]),
