@@ -363,7 +363,7 @@ class Mesh:
     def facet_markers(self) -> Ids: ...
     @property
     def quality(self) -> dict[str, Any]: ...
-    def write(self, path: str | os.PathLike[str]) -> None: ...
+    def write(self, path: str | os.PathLike[str], *, order: int = 1) -> None: ...
     def to_meshio(self) -> Any:
         """A meshio.Mesh. Needs meshio."""
     def to_pyvista(self) -> Any:
@@ -374,7 +374,7 @@ def mesh(
     *,
     size: float | None = None,
     min_size: float | None = None,
-    size_field: tuple[npt.ArrayLike, npt.ArrayLike] | None = None,
+    size_field: str | os.PathLike[str] | tuple[npt.ArrayLike, npt.ArrayLike] | None = None,
     boundary: Literal["exact", "remesh"] | None = None,
     max_distance: float | None = None,
     feature_angle: float = 60.0,

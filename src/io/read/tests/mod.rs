@@ -7,6 +7,7 @@ mod dimensions;
 mod formats;
 mod hostile;
 mod loading;
+mod mesh_sizes;
 mod mutations;
 mod raw;
 mod reports;
