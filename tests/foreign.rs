@@ -2,8 +2,11 @@
 //!
 //! `SEPTET_PYTHON` names a Python interpreter with the packages that `tests/foreign/read_with_others.py` lists.
 //! `tests/foreign/check_pieces.py` checks `.pvtu` files, `tests/foreign/check_mesh.py` meshes of domains, and
-//! `tests/foreign/check_remesh.py` those with a remeshed boundary. `tests/foreign/check_terrain.py` checks heights. `tests/foreign/check_schemas.py` checks JSON reports. `tests/run` makes the interpreter and runs these tests,
+//! `tests/foreign/check_remesh.py` those with a remeshed boundary. `tests/foreign/check_terrain.py` checks heights, and `tests/foreign/check_solvers.py` groups in the formats of solvers. `tests/foreign/check_schemas.py` checks JSON reports. `tests/run` makes the interpreter and runs these tests,
 //! which a plain `cargo test` ignores.
+
+#[path = "foreign/solvers.rs"]
+mod solvers;
 
 use std::ffi::OsString;
 use std::fs;

@@ -53,7 +53,7 @@ fn help(output: &Path, options: &WriteOptions<'_>) -> &'static str {
         Ok(Files::Pieces) => {
             "an output named NAME.pvtu replaces the folder NAME.pieces: choose another name for the output"
         }
-        Ok(Files::One) | Err(_) => "choose another name for the output",
+        Ok(Files::One | Files::Folder) | Err(_) => "choose another name for the output",
     }
 }
 

@@ -194,6 +194,8 @@ fn of_outputs() -> Described {
         NotText { path: path() },
         NoPieces { path: path() },
         Obstructed { path: path(), obstacle: "a file is there".into() },
+        NotPlane { path: path(), format: "polymesh" },
+        OnlyLinear { path: path(), format: "su2" },
         TooLarge { path: path(), entries: 9 },
         MissingDirectory { path: path(), directory: path() },
         IsDirectory { path: path() },

@@ -4,6 +4,7 @@
 
 mod others;
 mod role;
+mod row;
 #[cfg(test)]
 mod tests;
 
@@ -11,71 +12,10 @@ use std::path::Path;
 use std::str::FromStr;
 
 pub use role::Role;
+pub use row::{Files, Row};
 
 use crate::ending::extension;
-
-/// The files that an output consists of.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Files {
-    /// One file.
-    One,
-    /// The set of `TetGen`, whichever of its files is named.
-    Set,
-    /// A file that lists pieces, and a folder with a piece for each worker.
-    Pieces,
-}
-
-/// The facts about a format. The texts are cells of the tables of the guide; an empty text stands for "yes".
-#[derive(Clone, Copy, Debug)]
-pub struct Row {
-    /// The extensions without dots. The first is the name of the format.
-    pub extensions: &'static [&'static str],
-    /// Extensions that other files also have, so that the content of the file decides. Nothing is written under them.
-    pub ambiguous: &'static [&'static str],
-    /// The uses, each with a remark.
-    pub roles: &'static [(Role, &'static str)],
-    /// The uses that several processes divide: each reads or writes its own part. In the other uses, the first process
-    /// reads or writes for all.
-    pub divided: &'static [Role],
-    /// The files of an output.
-    pub files: Files,
-    /// Whether files may be compressed with gzip.
-    pub is_packable: bool,
-    /// Whether files are tables of text, with columns to choose.
-    pub is_table: bool,
-    /// Whether outputs hold values at points and owners of cells.
-    pub has_data: bool,
-    /// Whether a triangulation in space is written as its surface.
-    pub is_surface: bool,
-    /// Whether only triangulations in the plane are written.
-    pub is_plane: bool,
-    /// Whether triangulations of periodic boxes are written: without points, or with values at the images of points.
-    pub has_images: bool,
-    /// Whether points are numbered by the rows of the input, including dropped ones, because the file lacks some points.
-    pub has_input_rows: bool,
-    /// Parts of a mesh of a domain that are written: cells, faces on facets, edges on segments, points.
-    pub labels: Option<[&'static str; 4]>,
-    /// What to do instead of the uses that the format does not have.
-    pub instead: &'static [(Role, &'static str)],
-}
-
-/// A format without uses.
-const NONE: Row = Row {
-    extensions: &[],
-    ambiguous: &[],
-    roles: &[],
-    divided: &[],
-    files: Files::One,
-    is_packable: true,
-    is_table: false,
-    has_data: false,
-    is_surface: false,
-    is_plane: false,
-    has_images: false,
-    has_input_rows: false,
-    labels: None,
-    instead: &[],
-};
+use row::{NONE, OF_PARAVIEW, OF_SOLVER};
 
 /// Makes the enumeration of the formats and its table from the rows.
 macro_rules! formats {
@@ -259,6 +199,7 @@ formats! {
         roles: &[
             (Role::Points, "its points"),
             (Role::Cells, ""),
+            (Role::Sizes, "`size` at its points"),
             (Role::Triangulation, "raw appended, radius-edge ratio of each cell"),
             (Role::Mesh, ""),
             (Role::PointSet, ""),
@@ -268,10 +209,11 @@ formats! {
         has_images: true,
         labels: Some([
             "`region`, `attribute`, `radius_edge_ratio`, `least_angle`",
-            "`NAME.faces.vtu`: `marker`, `facet`, regions on both sides",
-            "",
+            "`marker`, `feature`, `inner_region`, `outer_region`",
+            "`marker`, `feature`",
             "`size`, `marker`, `carrier_dimension`, `carrier`",
         ]),
+        has_order_2: true,
     }
     /// VTK XML polygons.
     Vtp {
@@ -313,6 +255,13 @@ formats! {
         ],
         has_data: true,
         has_images: true,
+        labels: Some([
+            "`region`, `attribute`, `radius_edge_ratio`, `least_angle`",
+            "",
+            "",
+            "`size`, `marker`, `carrier_dimension`, `carrier`",
+        ]),
+        has_order_2: true,
     }
     /// Gmsh text, versions 2.2 and 4.1. An option decides the version of an output.
     Msh {
@@ -320,27 +269,33 @@ formats! {
         roles: &[
             (Role::Points, "ASCII and binary, 2 and 4.1"),
             (Role::Cells, ""),
+            (Role::Sizes, "`$NodeData`, ASCII"),
             (Role::Triangulation, "4.1 or 2.2"),
             (Role::Mesh, ""),
         ],
         labels: Some([
-            "component as volume, name as physical group",
-            "facet as surface, marker as physical group",
-            "segment as curve, marker as physical group",
+            "physical groups `region-N`",
+            "physical groups `marker-N`",
+            "physical groups `segment-N`",
             "",
         ]),
+        has_order_2: true,
         instead: &[(Role::PointSet, "write .vtu or .ply")],
     }
     /// Gmsh text, version 2.2 in outputs.
     Msh22 {
         extensions: &["msh22", "msh2"],
-        roles: &[(Role::Points, "as `.msh`"), (Role::Cells, ""), (Role::Triangulation, "2.2"), (Role::Mesh, "")],
+        roles: &[(Role::Points, "as `.msh`"), (Role::Cells, ""), (Role::Sizes, "as `.msh`"), (Role::Triangulation, "2.2"), (Role::Mesh, "")],
+        labels: Some(["as `.msh`", "as `.msh`", "as `.msh`", ""]),
+        has_order_2: true,
         instead: &[(Role::PointSet, "write .vtu or .ply")],
     }
     /// Gmsh text, version 4.1 in outputs.
     Msh41 {
         extensions: &["msh41"],
-        roles: &[(Role::Points, "as `.msh`"), (Role::Cells, ""), (Role::Triangulation, "4.1"), (Role::Mesh, "")],
+        roles: &[(Role::Points, "as `.msh`"), (Role::Cells, ""), (Role::Sizes, "as `.msh`"), (Role::Triangulation, "4.1"), (Role::Mesh, "")],
+        labels: Some(["as `.msh`", "as `.msh`", "as `.msh`", ""]),
+        has_order_2: true,
         instead: &[(Role::PointSet, "write .vtu or .ply")],
     }
     /// Medit text.
@@ -354,6 +309,60 @@ formats! {
         ],
         labels: Some(["name of the region, or number of the component", "marker", "marker", "marker"]),
         instead: &[(Role::PointSet, "write .vtu or .ply")],
+    }
+    /// XDMF with numbers inline.
+    Xdmf {
+        extensions: &["xdmf", "xmf"],
+        roles: &[(Role::Triangulation, "numbers inline"), (Role::Mesh, "")],
+        labels: Some(["`region`", "`marker`", "`marker`", "`size`"]),
+        has_order_2: true,
+        instead: OF_PARAVIEW,
+    }
+    /// An input file of Abaqus.
+    Inp {
+        extensions: &["inp"],
+        roles: &[(Role::Triangulation, "Abaqus, CalculiX"), (Role::Mesh, "")],
+        labels: Some([
+            "element sets `region-N`",
+            "surfaces of element faces and node sets `marker-N`",
+            "node sets `segment-N`",
+            "",
+        ]),
+        has_order_2: true,
+        instead: OF_SOLVER,
+    }
+    /// A mesh of SU2.
+    Su2 {
+        extensions: &["su2"],
+        roles: &[(Role::Triangulation, ""), (Role::Mesh, "")],
+        labels: Some(["", "markers `marker-N`", "", ""]),
+        instead: OF_SOLVER,
+    }
+    /// Bulk data of Nastran.
+    Bdf {
+        extensions: &["bdf", "nas"],
+        roles: &[(Role::Triangulation, "Nastran, long fields"), (Role::Mesh, "")],
+        labels: Some(["CTETRA (2D: CTRIA3), region as property", "CTRIA3 (2D: CROD), marker as property", "", ""]),
+        has_order_2: true,
+        instead: OF_SOLVER,
+    }
+    /// Exodus II in the classic format of netCDF.
+    Exo {
+        extensions: &["exo", "ex2", "e"],
+        roles: &[(Role::Triangulation, "Exodus II, netCDF-3"), (Role::Mesh, "")],
+        labels: Some(["element blocks `region-N`", "side sets `marker-N`", "node sets `segment-N`", ""]),
+        has_order_2: true,
+        instead: OF_PARAVIEW,
+    }
+    /// A folder of files of `OpenFOAM`.
+    PolyMesh {
+        extensions: &["polymesh"],
+        roles: &[(Role::Triangulation, "3D only: a folder, such as `constant/polyMesh`"), (Role::Mesh, "3D only")],
+        files: Files::Folder,
+        is_packable: false,
+        is_space: true,
+        labels: Some(["zones `region-N`", "patches `marker-N`; inside: zones", "", ""]),
+        instead: OF_PARAVIEW,
     }
     /// Cells of `TetGen` and Triangle. A triangulation is written as the whole set.
     Ele {
@@ -399,30 +408,6 @@ formats! {
     }
 }
 
-impl Row {
-    /// Whether the format has this extension, also one that does not determine it.
-    fn has_extension(&self, extension: &str) -> bool {
-        self.extensions.contains(&extension) || self.ambiguous.contains(&extension)
-    }
-
-    /// Returns the remark on a use, or `None` if the format does not have it.
-    pub fn remark(&self, role: Role) -> Option<&'static str> {
-        self.roles.iter().find(|(own, _)| *own == role).map(|(_, remark)| *remark)
-    }
-
-    /// Whether several processes divide this use among themselves.
-    pub const fn is_divided(&self, role: Role) -> bool {
-        let mut at = 0;
-        while at < self.divided.len() {
-            if self.divided[at] as u8 == role as u8 {
-                return true;
-            }
-            at += 1;
-        }
-        false
-    }
-}
-
 impl Format {
     /// Returns the name of the format: its usual extension without the dot.
     pub fn name(self) -> &'static str {
@@ -443,8 +428,11 @@ impl Format {
     }
 
     /// Returns the format that the extension of a path determines. A final `.gz` is ignored.
+    ///
+    /// The folder of a mesh of `OpenFOAM` has the name `polyMesh`, alone or as an extension.
     pub fn of_path(path: &Path) -> Option<Format> {
-        extension(path).parse().ok()
+        let is_folder = path.file_name().is_some_and(|name| name.eq_ignore_ascii_case("polyMesh"));
+        if is_folder { Some(Format::PolyMesh) } else { extension(path).parse().ok() }
     }
 
     /// Returns the format of this name for a use.

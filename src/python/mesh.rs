@@ -12,8 +12,8 @@ use septet_core::model::{Labels, MeshView, Patches};
 use septet_core::spec::row;
 use septet_core::{Door, Remedy};
 use septet_doors::{Code, Failure};
-use septet_io::read::{AnyInput, InputError, read_domain};
-use septet_io::write::{WriteOptions, check_output, write};
+use septet_io::read::{AnyInput, InputError, read_domain, read_sizes};
+use septet_io::write::{Order, WriteOptions, check_output, write};
 use septet_lab::report::mesh::{CheckedMesh, MeshContext, MeshReport, feature_name};
 use septet_meshing::input::{DomainKind, Input, InputSegment};
 
@@ -178,6 +178,13 @@ enum Domain<'py> {
     Surface(PyReadonlyArray2<'py, f64>, PyReadonlyArray1<'py, i64>, PyReadonlyArray1<'py, i64>),
 }
 
+/// A size field of Python: a file, or points with sizes.
+#[derive(FromPyObject)]
+enum Sizes<'py> {
+    File(String),
+    Rows(PyReadonlyArray2<'py, f64>, PyReadonlyArray1<'py, f64>),
+}
+
 #[pymethods]
 impl Meshed {
     #[new]
@@ -186,13 +193,17 @@ impl Meshed {
         py: Python<'_>,
         domain: Domain<'_>,
         options: Vec<(String, String)>,
-        size_field: Option<(PyReadonlyArray2<'_, f64>, PyReadonlyArray1<'_, f64>)>,
+        size_field: Option<Sizes<'_>>,
         threads: Option<usize>,
         progress: Option<Py<PyAny>>,
     ) -> PyResult<Self> {
         let watch = Watch::new(progress);
         let mut request = request_of(&options, &watch).map_err(|error| error.raised(py))?;
-        if let Some((places, sizes)) = &size_field {
+        if let Some(Sizes::File(path)) = &size_field {
+            let field = read_sizes(Path::new(path), &mut |_, _| {});
+            request.sizes.field = Some(field.map_err(|error| NoMesh::File(error).raised(py))?);
+        }
+        if let Some(Sizes::Rows(places, sizes)) = &size_field {
             let (dimension, places, sizes) = (places.shape()[1], flat(places)?, sizes.as_slice()?);
             let at = |row: &[f64]| [row[0], row[1], row.get(2).copied().unwrap_or(0.0)];
             let rows = places.chunks_exact(dimension).map(at).zip(sizes.iter().copied()).collect();
@@ -317,8 +328,10 @@ impl Meshed {
         &self.quality
     }
 
-    fn write(&self, py: Python<'_>, path: PathBuf) -> PyResult<()> {
-        let options = WriteOptions { first_id: self.first_id, ..WriteOptions::default() };
+    fn write(&self, py: Python<'_>, path: PathBuf, order: u8) -> PyResult<()> {
+        // The package checks the number.
+        let order = if order == 2 { Order::Two } else { Order::One };
+        let options = WriteOptions { first_id: self.first_id, order, ..WriteOptions::default() };
         check_output(&path, &options).map_err(|error| errors::of_output(py, &error))?;
         let view = MeshView {
             dimension: self.dimension,

@@ -25,6 +25,7 @@ const PAIRS: [Pair; 94] = [
     ("triangulate p.xyz -o a.msh22 --msh-version 2.2", ["--msh-version", "-o OUT.msh"]),
     ("triangulate p.xyz -o a.msh --format vtu --msh-version 2.2", ["--msh-version", "-o OUT.msh"]),
     ("mesh cube.poly -o m.vtu --msh-version 2.2", ["--msh-version", "-o OUT.msh"]),
+    ("mesh cube.poly --json m.json --order 2", ["--order", "-o OUT"]),
     ("triangulate p.xyz --with-owner", ["--with-owner", "-o OUT.vtu"]),
     ("triangulate p.xyz --with-owner -o a.msh --json r.json", ["--with-owner", "-o OUT.vtk"]),
     ("triangulate p.xyz --keep-columns", ["--keep-columns", "-o OUT.vtu"]),
@@ -118,10 +119,11 @@ const PAIRS: [Pair; 94] = [
 ];
 
 /// The options that `mesh --check` does not use.
-const NOT_FOR_CHECKS: [&str; 27] = [
+const NOT_FOR_CHECKS: [&str; 28] = [
     "-o m.vtu",
     "--format vtu",
     "--msh-version 2.2",
+    "--order 2",
     "--boundary exact",
     "--feature-angle 9",
     "--max-distance 1",

@@ -133,7 +133,9 @@ fn options_that_cannot_be_are_refused() {
         ("-o none/m.vtu", 1, &["none"]),
         ("-o cube.node -o cube.1.ele -o cube.1.node", 2, &["same file"]),
         ("-o m.vtu --json m.vtu", 2, &["same file"]),
-        ("-o m.vtu --json m.faces.vtu", 2, &["same file"]),
+        ("-o m.su2 --order 2", 2, &["m.su2", "linear cells", "--order"]),
+        ("-o m.vtu --order 3", 2, &["--order", "1", "2"]),
+        ("--order 2 --json m.json", 2, &["--order", "-o OUT"]),
         ("-o m.vtu --size-field none.txt", 3, &["none.txt", "no such file"]),
     ] {
         place.fails(&format!("mesh cube.poly {options}"), code, words);
@@ -193,20 +195,23 @@ fn meshes_are_written_whole_and_reported() {
     let place = Place::new();
     let cube = root("domains/good/two-regions.poly");
     place.file("a.poly", fs::read(cube).unwrap());
-    let outputs = "-o m.1.ele -o m.vtu -o m.msh -o m.mesh -o m.off -o m.stl -o m.npy";
+    fs::create_dir(place.path("case")).unwrap();
+    let outputs =
+        "-o m.1.ele -o m.vtu -o m.msh -o m.mesh -o m.off -o m.stl -o m.npy -o case/polyMesh -o m.exo";
     let output = place.good(&format!("mesh a.poly --size 1 {outputs} --json m.json --svg figures"));
     assert!(output.stdout.is_empty());
     let talk = stderr(&output);
-    assert!(talk.contains("the mesh conforms") && talk.contains(" m.faces.vtu ("), "{talk}");
+    assert!(talk.contains("the mesh conforms") && talk.contains(" m.vtu ("), "{talk}");
     let expected = [
         "a.poly",
+        "case",
         "figures",
         "m.1.edge",
         "m.1.ele",
         "m.1.face",
         "m.1.neigh",
         "m.1.node",
-        "m.faces.vtu",
+        "m.exo",
         "m.json",
         "m.mesh",
         "m.msh",
@@ -216,6 +221,7 @@ fn meshes_are_written_whole_and_reported() {
         "m.vtu",
     ];
     assert_eq!(place.names().iter().map(String::as_str).collect::<Vec<_>>(), expected);
+    assert_eq!(fs::read_dir(place.path("case/polyMesh")).unwrap().count(), 7);
     assert!(fs::read_dir(place.path("figures")).unwrap().count() >= 5);
     let json = place.json("m.json");
     assert_eq!(json["schema"], "septet-mesh/2");
@@ -266,9 +272,9 @@ fn files_of_meshes_do_not_depend_on_the_machine() {
     place.file("a.poly", fs::read(root("domains/good/dangling.poly")).unwrap());
     let made = |name: &str, options: &str| {
         place.good(&format!(
-            "mesh a.poly -o {name}.1.ele -o {name}.vtu -o {name}.msh -o {name}.stl {options}"
+            "mesh a.poly -o {name}.1.ele -o {name}.vtu -o {name}.msh -o {name}.stl -o {name}.exo {options}"
         ));
-        let files = ["1.node", "1.ele", "1.face", "1.edge", "1.neigh", "vtu", "faces.vtu", "msh", "stl"];
+        let files = ["1.node", "1.ele", "1.face", "1.edge", "1.neigh", "vtu", "exo", "msh", "stl"];
         files.map(|f| fs::read(place.path(&format!("{name}.{f}"))).unwrap())
     };
     let first = made("a", "--lipschitz 0.25 --workers 1 --threads 1");

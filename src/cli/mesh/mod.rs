@@ -14,10 +14,10 @@ use septet_core::mesh::{
     Dimension, Made, MakeError, MeshError, MeshKeep, MeshSpec, Promise, accept, make_of, remedy,
 };
 use septet_core::run::memory::peak_rss;
+use septet_io::Role;
 use septet_io::read::{AnyInput, DomainFile, read_domains, read_sizes};
 use septet_io::without_gz;
-use septet_io::write::{OutputError, WriteOptions, check_dimension, faces_path};
-use septet_io::{Format, Role};
+use septet_io::write::{OutputError, WriteOptions, check_dimension};
 use septet_lab::report::mesh::tables::TABLES;
 use septet_lab::report::mesh::{
     CheckedMesh, MeshContext, MeshReport, MeshSeconds, feature_name, unscaled_measure,
@@ -82,19 +82,13 @@ pub fn run(args: &MeshArgs, talk: &Talk) -> Result<(), Failure> {
 
 /// Checks that all output files can be written.
 fn outputs(args: &MeshArgs, tables: &Tables) -> Result<(), Failure> {
-    let options = args.writing.options();
+    let options = args.write_options();
     // No worker holds the points of a mesh, because its vertices are not the points of one run.
     let has_pieces = |o: &&PathBuf| options.format_of(o).is_ok_and(|format| !format.has(Role::Mesh));
     if let Some(path) = args.output.iter().find(has_pieces) {
         return Err(OutputError::NoPieces { path: path.clone() }.into());
     }
-    let faces: Vec<PathBuf> = args
-        .output
-        .iter()
-        .filter(|o| o.as_os_str() != "-" && matches!(options.format_of(o), Ok(Format::Vtu)))
-        .map(|o| faces_path(o))
-        .collect();
-    let texts = args.json.iter().chain(&args.tracing.trace).chain(&faces).map(PathBuf::as_path);
+    let texts = args.json.iter().chain(&args.tracing.trace).map(PathBuf::as_path);
     let texts: Vec<&Path> = texts.chain(tables.paths()).collect();
     // The points of a .poly file may be in a .node file of the same name.
     let node = without_gz(&args.domain).0.with_extension("node");
@@ -163,7 +157,7 @@ impl Job<'_> {
         let read_seconds = self.start.elapsed().as_secs_f64();
         talk.check();
         args.check_boundary(!request.remeshes(domain))?;
-        let options = args.writing.options();
+        let options = args.write_options();
         args.output.iter().try_for_each(|output| check_dimension(output, &options, P::DIM))?;
         let mut files = Vec::new();
         let Found { made: found, picture } = traced(&args.tracing, talk, &mut files, || self.found(domain))?;
@@ -301,7 +295,7 @@ impl Job<'_> {
 
     fn write<P: Triangulate>(&self, domain: &Domain<P>, mesh: &Mesh<P>) -> Result<Vec<PathBuf>, Failure> {
         let (args, talk) = (self.args, self.talk);
-        let options = WriteOptions { first_id: self.first_id, ..args.writing.options() };
+        let options = WriteOptions { first_id: self.first_id, ..args.write_options() };
         let labelled = Labelled::of(domain, mesh);
         let mut files = Vec::new();
         for output in &args.output {

@@ -7,20 +7,33 @@ use septet_core::mesh::view::MOST_CELLS;
 use septet_core::mesh::{Boundary, MESH_OPTIONS, MeshSpec};
 use septet_core::spec::{Commands, Heading, Row, options_of};
 use septet_io::Role;
+use septet_io::write::{Order, WriteOptions};
 
 use crate::effects::{excludes, needs};
 use crate::errors::{Code, Failure};
 use crate::formats::{FormatArgs, listed, mesh_outputs_help};
-use crate::given::{Given, GivenMesh};
+use crate::given::{Given, GivenMesh, words};
 use crate::headings::{INPUT, OUTPUT, REPORTS};
 use crate::options::TraceArgs;
 
 /// The help of `--size-field`.
-const SIZE_FIELD: &str = "Sizes at points, in rows of `x y [z] size`";
+const SIZE_FIELD: &str = "Sizes at points, in rows of `x y [z] size`, or on a mesh";
+
+/// The help of `--order`.
+const ORDER: &str = "Order of the cells in outputs [default: 1]";
+
+fn order_help() -> String {
+    let known = Role::Mesh.extensions(|row| row.has_order_2);
+    format!(
+        "{ORDER}\n\nCells of order 2 are quadratic and have straight edges: each edge has a node at its midpoint. Formats: \
+         {known}."
+    )
+}
 
 /// Returns the options that have no meaning with `--check`.
 fn not_for_checks() -> Vec<Id> {
-    let own = ["output", "format", "msh_version", "size_field", "json", "trace", "trace_level", "view"];
+    let own =
+        ["output", "format", "msh_version", "order", "size_field", "json", "trace", "trace_level", "view"];
     let is_of_domain = |row: &&Row<MeshSpec>| ["weld", "repair", "strict"].contains(&row.name);
     let of_mesh = MESH_OPTIONS.iter().filter(|row| !is_of_domain(row)).map(|row| row.key);
     let of_runs = options_of(Commands::MESH).map(|row| row.key);
@@ -68,6 +81,8 @@ pub struct MeshArgs {
     pub output: Vec<PathBuf>,
     #[command(flatten)]
     pub writing: FormatArgs,
+    #[arg(long, value_name = "N", value_parser = words::<Order>(), help = ORDER, long_help = order_help(), help_heading = OUTPUT, hide_short_help = true)]
+    pub order: Option<Order>,
     #[arg(long, value_name = "FILE", help = SIZE_FIELD, long_help = format!("{} `-` is standard input.", listed(SIZE_FIELD, Role::Sizes)), help_heading = Heading::Sizes.title(), hide_short_help = true)]
     pub size_field: Option<PathBuf>,
     /// Write the report as JSON, `-` for standard output
@@ -96,6 +111,11 @@ pub struct MeshArgs {
 }
 
 impl MeshArgs {
+    /// Returns the options of the writers.
+    pub fn write_options(&self) -> WriteOptions<'static> {
+        WriteOptions { order: self.order.unwrap_or_default(), ..self.writing.options() }
+    }
+
     /// Returns the request for these options, without the size field, which the caller reads.
     pub fn request(&self) -> Result<MeshSpec, Failure> {
         let usage = |message: &str, help: &str| Err(Failure::new(Code::Usage, message).help(help));
@@ -106,6 +126,7 @@ impl MeshArgs {
             let message = "no output is given";
             return usage(message, "use -o FILE or --json FILE, or --check to check the domain only");
         }
+        needs("--order", self.order.is_some(), "-o OUT", !self.output.is_empty())?;
         let given = self.mesh.options();
         needs("--singularity", given.has("singularity"), "--min-size", given.has("min-size"))?;
         excludes("--improve", given.has("improve"), "--no-improve", given.has("no-improve"))?;

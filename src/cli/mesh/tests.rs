@@ -23,7 +23,7 @@ use septet_core::model::{MeshView, Points};
 use septet_core::run::memory;
 use septet_core::spec::{Transport, Workers};
 use septet_io::read::{AnyInput, CellOptions, ReadOptions, read as read_points, read_cells, read_domain};
-use septet_io::write::{WriteOptions, faces_path, write};
+use septet_io::write::{WriteOptions, write};
 use septet_lab::report::mesh::{CheckedMesh, MeshContext, MeshReport};
 use septet_meshing::domain::Domain;
 use septet_meshing::mesh::{Mesh, StageLine};
@@ -216,11 +216,11 @@ fn the_files_of_tetgen_have_markers() {
 fn gmsh_and_medit_have_groups() {
     let place = written("m.msh");
     let msh = text(&place, "m.msh");
-    assert!(msh.contains("$Entities\n0 20 7 2\n"), "{msh}");
-    // Facet 0 of the file, with its bounding box and its group.
+    // The edges have one marker, the facets seven, and the regions two.
+    assert!(msh.contains("$Entities\n0 1 7 2\n"), "{msh}");
     let surface = |marker: i64| msh.lines().any(|l| l.ends_with(&format!(" 1 {marker} 0")));
     assert!((10..17).all(surface) && surface(3) && surface(7));
-    assert!(msh.contains("$Elements\n29 136 1 136\n"), "{msh}");
+    assert!(msh.contains("$Elements\n10 136 1 136\n"), "{msh}");
     let msh = text(&written("m.msh22"), "m.msh22");
     let tags = |kind: &str, group: &str| {
         let has = |l: &&str| {
@@ -229,7 +229,7 @@ fn gmsh_and_medit_have_groups() {
         };
         msh.lines().filter(has).count()
     };
-    assert_eq!((tags("1", "0"), tags("2", "16"), tags("4", "7"), tags("4", "3")), (32, 8, 24, 24));
+    assert_eq!((tags("1", "1"), tags("2", "16"), tags("4", "7"), tags("4", "3")), (32, 8, 24, 24));
     let medit = text(&written("m.mesh"), "m.mesh");
     for (section, next, rows) in [
         ("Triangles\n56", "Edges", (10, 8)),
@@ -252,14 +252,24 @@ fn vtu_has_arrays_and_faces() {
         String::from_utf8(bytes[..end].to_vec()).unwrap()
     };
     let cells = head("m.vtu");
-    for name in
-        ["region", "attribute", "least_angle", "size", "carrier", "carrier_dimension", "radius_edge_ratio"]
-    {
+    for name in [
+        "region",
+        "marker",
+        "dimension",
+        "attribute",
+        "least_angle",
+        "size",
+        "carrier",
+        "carrier_dimension",
+        "radius_edge_ratio",
+        "feature",
+        "inner_region",
+        "outer_region",
+    ] {
         assert!(cells.contains(&format!("Name=\"{name}\"")), "{name}: {cells}");
     }
-    let faces = faces_path(Path::new("m.vtu"));
-    let faces = head(faces.to_str().unwrap());
-    assert!(faces.contains("NumberOfPoints=\"27\" NumberOfCells=\"56\""), "{faces}");
+    // 48 cells, 56 faces and 32 edges.
+    assert!(cells.contains("NumberOfPoints=\"27\" NumberOfCells=\"136\""), "{cells}");
     // The arrays are at the offsets that the head gives.
     let bytes = fs::read(place.path().join("m.vtu")).unwrap();
     let word = |name: &str, i: usize| {
@@ -279,9 +289,9 @@ fn vtu_has_arrays_and_faces() {
     let mut angles: Vec<f64> = (0..48).map(|i| f64::from_bits(word("least_angle", 8 * i))).collect();
     angles.sort_by(f64::total_cmp);
     assert!(angles[0] > 44.9 && angles[47] < 45.1, "{angles:?}");
-    // A reader reads the faces as triangles.
-    let path = place.path().join("m.faces.vtu");
-    let read = read_points(&path, &ReadOptions::default(), &mut |_, _| {}).unwrap();
+    assert_eq!([word("feature", 0), word("dimension", 0), word("dimension", 8 * 48)], [u64::MAX, 3, 2]);
+    // A reader reads the points, and the cells without the faces.
+    let read = read_points(&place.path().join("m.vtu"), &ReadOptions::default(), &mut |_, _| {}).unwrap();
     assert!(matches!(read.points, Points::Space(p) if p.len() == 27));
 }
 

@@ -30,7 +30,7 @@ const fn other(
 /// Formats that are neither read nor written.
 pub(super) const OTHERS: [Other; 20] = [
     other(
-        &["vti", "vtr", "vts", "pvd", "xdmf", "xmf", "ex2", "exo", "cgns", "e"],
+        &["vti", "vtr", "vts", "pvd", "cgns"],
         "a dataset of ParaView",
         "write .vtu with ParaView or meshio",
         "write .vtu for ParaView",
@@ -67,12 +67,7 @@ pub(super) const OTHERS: [Other; 20] = [
         SURFACE,
     ),
     other(&["3mf", "gltf", "glb", "dae"], "a surface", "export the surface as .obj or .ply", SURFACE),
-    other(
-        &["bdf", "inp", "unv", "med", "cas", "su2"],
-        "a mesh of a solver",
-        "write .vtu or .msh with meshio",
-        MESHIO,
-    ),
+    other(&["unv", "med", "cas"], "a mesh of a solver", "write .vtu or .msh with meshio", MESHIO),
     other(&["meshb"], "a binary file of Medit", "write .mesh or .vtu with meshio", "write .mesh"),
     other(
         &["step", "stp", "iges", "igs", "brep"],

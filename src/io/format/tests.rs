@@ -25,8 +25,9 @@ fn an_extension_belongs_to_one_format() {
 #[test]
 fn advice_follows_the_extension() {
     for (name, role, advice) in [
-        ("a.xdmf", Role::Triangulation, "write .vtu for ParaView"),
-        ("a.xdmf.gz", Role::Points, "this is a dataset of ParaView: write .vtu with ParaView or meshio"),
+        ("a.cgns", Role::Triangulation, "write .vtu for ParaView"),
+        ("a.cgns.gz", Role::Points, "this is a dataset of ParaView: write .vtu with ParaView or meshio"),
+        ("a.xdmf.gz", Role::Points, "write .vtu with ParaView or meshio"),
         ("a.vut", Role::Triangulation, "the nearest is .vtu"),
         ("a.cvs", Role::Points, "rename it if it is a .csv file"),
         ("a.npz", Role::Mesh, "write .npy for NumPy"),

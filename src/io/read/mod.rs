@@ -29,6 +29,7 @@ mod list;
 mod listed;
 mod load;
 mod mesh;
+mod mesh_sizes;
 mod offsets;
 mod points;
 mod raw_rows;

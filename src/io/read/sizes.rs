@@ -1,4 +1,4 @@
-//! Sizes at points: a text table or a `.npy` array of rows `x y size` or `x y z size`.
+//! Sizes at points: a text table or a `.npy` array of rows `x y size` or `x y z size`, or a mesh with sizes at its points.
 
 use std::path::Path;
 
@@ -97,6 +97,6 @@ mod tests {
             assert!(error.to_string().contains(words), "{error}");
         }
         assert!(read("f.txt", b"# nothing\n").unwrap_err().to_string().contains("rows of sizes"));
-        assert!(read("f.vtu", b"<VTKFile/>").unwrap_err().to_string().contains(".vtu"));
+        assert!(read("f.vtk", b"# vtk DataFile").unwrap_err().to_string().contains(".vtk"));
     }
 }

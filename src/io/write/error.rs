@@ -23,7 +23,9 @@ pub enum OutputError {
         role: Role,
     },
     /// The format consists of several files and cannot be written to one stream or device.
-    #[error("a .node/.ele set or a .pvtu file has several files and cannot be written to a stream")]
+    #[error(
+        "a .node/.ele set, a .pvtu file or a polyMesh folder has several files and cannot be written to a stream"
+    )]
     NotOneFile,
     /// The path of a `.pvtu` file ends in `.gz`.
     #[error("{}: VTK does not read a compressed .pvtu file", .path.display())]
@@ -43,16 +45,16 @@ pub enum OutputError {
         /// The path.
         path: PathBuf,
     },
-    /// The folder of the pieces of a `.pvtu` file would replace something else.
-    #[error("{}: the pieces of the .pvtu file cannot be written here, because {obstacle}", .path.display())]
+    /// The folder of the output would replace something else.
+    #[error("{}: the files of the output cannot be written here, because {obstacle}", .path.display())]
     Obstructed {
         /// The folder.
         path: PathBuf,
         /// The obstacle.
         obstacle: String,
     },
-    /// The mesh has more entries than the format can count.
-    #[error("{}: {entries} entries are too many for a .vtk file, which counts in 32 bits", .path.display())]
+    /// The mesh has more entries than the format can hold.
+    #[error("{}: {entries} entries are too many for this format, whose numbers of entries have a limit", .path.display())]
     TooLarge {
         /// The path.
         path: PathBuf,
@@ -74,6 +76,22 @@ pub enum OutputError {
         format: &'static str,
         /// Number of coordinates of a point.
         dimension: usize,
+    },
+    /// The format holds only meshes of space, but the points have two coordinates.
+    #[error("{}: a .{format} output is a mesh of space, but the points have two coordinates", .path.display())]
+    NotPlane {
+        /// The path.
+        path: PathBuf,
+        /// The format.
+        format: &'static str,
+    },
+    /// The format has no quadratic cells.
+    #[error("{}: .{format} files hold linear cells, not cells of order 2", .path.display())]
+    OnlyLinear {
+        /// The path.
+        path: PathBuf,
+        /// The format.
+        format: &'static str,
     },
     /// The directory of the file does not exist or is not a directory.
     #[error("{}: the directory {} does not exist", .path.display(), .directory.display())]
@@ -153,7 +171,9 @@ impl OutputError {
             | OutputError::NotText { .. }
             | OutputError::NoPieces { .. }
             | OutputError::OnlyPlane { .. }
-            | OutputError::OnlySpace { .. } => Code::Usage,
+            | OutputError::OnlySpace { .. }
+            | OutputError::NotPlane { .. }
+            | OutputError::OnlyLinear { .. } => Code::Usage,
             OutputError::TooLarge { .. } => Code::Limit,
             _ => Code::Failed,
         }
@@ -171,6 +191,8 @@ impl OutputError {
             OutputError::NotText { .. } => "choose another name",
             OutputError::NoPieces { .. } | OutputError::TooLarge { .. } => "write .vtu",
             OutputError::OnlySpace { .. } => "write .npy",
+            OutputError::NotPlane { .. } => "write .msh or .vtu",
+            OutputError::OnlyLinear { .. } => "omit {order}, or write .vtu or .msh",
             OutputError::OnlyPlane { .. } => "write .vtu for ParaView; {dimension=2} takes x and y of points",
             OutputError::MissingDirectory { .. } => "create the directory, or choose another",
             OutputError::IsDirectory { .. } => "give the name of a file in it",

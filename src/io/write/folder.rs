@@ -1,6 +1,6 @@
-//! Folders of pieces that appear complete or not at all.
+//! Folders that appear complete or not at all: the pieces of a `.pvtu` file, and the files of a mesh in a folder.
 //!
-//! The pieces are written to a temporary folder next to the target. When all are complete, the folder takes the name of
+//! The pieces or files are written to a temporary folder next to the target. When all are complete, the folder takes the name of
 //! the target. A former folder of pieces gets a temporary name until the caller keeps the new one. If anything fails
 //! before, the former folder returns.
 
@@ -20,12 +20,16 @@ pub(super) struct Pieces {
     temporary: PathBuf,
     target: PathBuf,
     count: u32,
+    names: Names,
 }
+
+/// The names of the files that a folder may contain: these, or those of pieces if there are none.
+type Names = &'static [&'static str];
 
 impl Pieces {
     /// Returns the files of a folder for this number of pieces, which has the name `temporary` now.
     pub(super) fn of(temporary: PathBuf, target: &Path, pieces: u32) -> Self {
-        Pieces { temporary, target: target.to_path_buf(), count: pieces }
+        Pieces { temporary, target: target.to_path_buf(), count: pieces, names: &[] }
     }
 
     /// Returns the name of a piece, without its folder.
@@ -55,10 +59,18 @@ impl Pieces {
         piece: u32,
         body: impl FnOnce(&mut dyn Write) -> Result<(), WriteFault>,
     ) -> Result<(), OutputError> {
-        let name = self.name(piece);
+        self.write_named(&self.name(piece), body)
+    }
+
+    /// Writes a file of the folder.
+    pub(super) fn write_named(
+        &self,
+        name: &str,
+        body: impl FnOnce(&mut dyn Write) -> Result<(), WriteFault>,
+    ) -> Result<(), OutputError> {
         // Errors state the final name.
-        let target = self.target.join(&name);
-        let file = fs::File::create_new(self.temporary.join(&name));
+        let target = self.target.join(name);
+        let file = fs::File::create_new(self.temporary.join(name));
         let file = file.map_err(|source| OutputError::Io { path: target.clone(), source })?;
         write_synced(file, &target, body)
     }
@@ -78,6 +90,13 @@ impl Folder {
         Ok(Folder { pieces: Pieces::of(temporary, target, pieces), is_placed: false })
     }
 
+    /// Creates a folder for files with these names.
+    pub(super) fn create_named(target: &Path, names: Names) -> Result<Self, OutputError> {
+        let mut folder = Folder::create(target, 0)?;
+        folder.pieces.names = names;
+        Ok(folder)
+    }
+
     /// Returns the files of the folder.
     pub(super) fn pieces(&self) -> &Pieces {
         &self.pieces
@@ -85,8 +104,8 @@ impl Folder {
 
     /// Gives the folder its name. A former folder of pieces is moved aside.
     pub(super) fn place(mut self) -> Result<Placed, OutputError> {
-        let Pieces { temporary, target, .. } = self.pieces.clone();
-        check(&target)?;
+        let Pieces { temporary, target, names, .. } = self.pieces.clone();
+        check(&target, names)?;
         let former = if fs::symlink_metadata(&target).is_ok() {
             let aside = |path: &Path| match fs::symlink_metadata(path) {
                 Ok(_) => Err(io::Error::from(ErrorKind::AlreadyExists)),
@@ -96,7 +115,7 @@ impl Folder {
         } else {
             None
         };
-        let mut placed = Placed { target: target.clone(), former, is_new: false, is_kept: false };
+        let mut placed = Placed { target: target.clone(), names, former, is_new: false, is_kept: false };
         // If this fails, dropping `placed` restores the former folder.
         fs::rename(&temporary, &target).map_err(|source| OutputError::Io { path: target, source })?;
         self.is_placed = true;
@@ -108,7 +127,7 @@ impl Folder {
 impl Drop for Folder {
     fn drop(&mut self) {
         if !self.is_placed {
-            remove(&self.pieces.temporary);
+            remove(&self.pieces.temporary, self.pieces.names);
         }
         waiting().remove(&self.pieces.temporary);
     }
@@ -117,6 +136,7 @@ impl Drop for Folder {
 /// A folder of pieces under its name. Unless it is kept, the former folder returns.
 pub(super) struct Placed {
     target: PathBuf,
+    names: Names,
     /// The former folder, under its temporary name.
     former: Option<PathBuf>,
     /// Whether the new folder has its name.
@@ -129,7 +149,7 @@ impl Placed {
     pub(super) fn keep(mut self) {
         self.is_kept = true;
         if let Some(former) = &self.former {
-            remove(former);
+            remove(former, self.names);
         }
     }
 }
@@ -140,7 +160,7 @@ impl Drop for Placed {
             return;
         }
         if self.is_new {
-            remove(&self.target);
+            remove(&self.target, self.names);
         }
         if let Some(former) = &self.former {
             // `drop` cannot report a failure.
@@ -149,8 +169,9 @@ impl Drop for Placed {
     }
 }
 
-/// Checks that a folder of pieces can have this name: there is nothing, or a folder that contains only pieces.
-pub(super) fn check(target: &Path) -> Result<(), OutputError> {
+/// Checks that a folder can have this name: there is nothing, or a folder that contains only files with these names, or
+/// only pieces if there are no names.
+pub(super) fn check(target: &Path, names: Names) -> Result<(), OutputError> {
     let obstructed = |obstacle: String| Err(OutputError::Obstructed { path: target.to_path_buf(), obstacle });
     let Ok(found) = fs::symlink_metadata(target) else { return Ok(()) };
     if !found.is_dir() {
@@ -160,27 +181,30 @@ pub(super) fn check(target: &Path) -> Result<(), OutputError> {
     let not_readable = |source| OutputError::NotWritable { path: target.to_path_buf(), source };
     for entry in fs::read_dir(target).map_err(not_readable)? {
         let entry = entry.map_err(not_readable)?;
-        if !is_piece(&entry) {
-            let name = entry.file_name();
-            return obstructed(format!("it contains {}, which is not a piece", name.display()));
+        if !is_own(&entry, names) {
+            let (name, what) =
+                (entry.file_name(), if names.is_empty() { "a piece" } else { "a file of a mesh" });
+            return obstructed(format!("it contains {}, which is not {what}", name.display()));
         }
     }
     Ok(())
 }
 
-/// Returns `true` for a file with the name of a piece.
-fn is_piece(entry: &fs::DirEntry) -> bool {
+/// Whether this is a file with one of these names, or with the name of a piece if there are none.
+fn is_own(entry: &fs::DirEntry, names: Names) -> bool {
     let name = entry.file_name();
-    let number = name.to_str().and_then(|name| name.strip_suffix(".vtu")).unwrap_or_default();
+    let name = name.to_str().unwrap_or_default();
+    let number = name.strip_suffix(".vtu").unwrap_or_default();
     let is_number = number.len() >= DIGITS && number.bytes().all(|digit| digit.is_ascii_digit());
-    is_number && entry.file_type().is_ok_and(|kind| kind.is_file())
+    let is_named = if names.is_empty() { is_number } else { names.contains(&name) };
+    is_named && entry.file_type().is_ok_and(|kind| kind.is_file())
 }
 
-/// Removes the pieces of a folder, and the folder if it is then empty.
-fn remove(folder: &Path) {
-    let pieces = fs::read_dir(folder).into_iter().flatten().flatten().filter(is_piece);
+/// Removes the files of a folder, and the folder if it is then empty.
+fn remove(folder: &Path, names: Names) {
+    let own = fs::read_dir(folder).into_iter().flatten().flatten().filter(|entry| is_own(entry, names));
     // The callers cannot report a failure.
-    pieces.for_each(|piece| drop(fs::remove_file(piece.path())));
+    own.for_each(|file| drop(fs::remove_file(file.path())));
     let _ = fs::remove_dir(folder);
 }
 
@@ -233,7 +257,7 @@ mod tests {
     #[test]
     fn a_failing_rename_leaves_the_former_folder() {
         let (directory, target, folder) = waiting();
-        remove(folder.pieces().temporary());
+        remove(folder.pieces().temporary(), &[]);
         assert!(matches!(folder.place(), Err(OutputError::Io { .. })));
         assert_eq!(names(&target), ["0007.vtu"]);
         assert_eq!(names(directory.path()), ["a.pieces"]);
@@ -257,7 +281,7 @@ mod tests {
         let directory = tempfile::tempdir().unwrap();
         let file = directory.path().join("a.pieces");
         fs::write(&file, "").unwrap();
-        assert!(check(&file).unwrap_err().to_string().contains("not a folder"));
+        assert!(check(&file, &[]).unwrap_err().to_string().contains("not a folder"));
     }
 
     #[test]

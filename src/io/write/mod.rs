@@ -5,11 +5,13 @@
 
 mod buckets;
 mod cell_range;
+mod elements;
 mod error;
 mod folder;
 mod formats;
 mod labels;
 mod names;
+mod netcdf;
 mod offsets;
 mod options;
 mod output;
@@ -31,9 +33,8 @@ use std::path::{Path, PathBuf};
 use septet_core::model::MeshView;
 
 pub use error::OutputError;
-pub use names::faces_path;
 pub use offsets::{check_offsets_output, write_offsets};
-pub use options::{MshVersion, WriteOptions};
+pub use options::{MshVersion, Order, WriteOptions};
 pub use points::{check_points_output, write_points, write_points_to};
 pub use quality::radius_edge_ratio;
 pub use rows::{check_rows_output, write_rows, write_rows_to};
@@ -43,7 +44,7 @@ pub use shared::{
 
 use crate::format::{Files, Format};
 use error::WriteFault;
-use formats::{Body, pvtu, writer};
+use formats::{Body, poly_mesh, pvtu, writer};
 use options::check_first_id;
 use records::WriteProgress;
 use stage::Stage;
@@ -55,9 +56,16 @@ use staged::Staged;
 /// Returns an [`OutputError`] that names the obstacle.
 pub fn check_output(path: &Path, options: &WriteOptions<'_>) -> Result<Format, OutputError> {
     let format = options.format_of(path)?;
+    check_order(path, options)?;
     match format.row().files {
         Files::Pieces => pvtu::check(path)?,
         Files::One => stage::probe(path)?,
+        Files::Folder => {
+            folder::check(path, &poly_mesh::FILES)?;
+            stage::beside(path, |file| {
+                std::fs::File::create_new(file).and_then(|_| std::fs::remove_file(file))
+            })?;
+        }
         Files::Set => {
             stage::probe(path)?;
             format.files(path).iter().try_for_each(|file| stage::probe(file))?;
@@ -66,14 +74,27 @@ pub fn check_output(path: &Path, options: &WriteOptions<'_>) -> Result<Format, O
     Ok(format)
 }
 
+/// Checks that the format of a path holds elements of the requested order.
+fn check_order(path: &Path, options: &WriteOptions<'_>) -> Result<(), OutputError> {
+    let format = options.format_of(path)?;
+    if options.order == Order::Two && !format.row().has_order_2 {
+        return Err(OutputError::OnlyLinear { path: path.to_owned(), format: format.name() });
+    }
+    Ok(())
+}
+
 /// Checks that a triangulation of this dimension can be written under this path, before it is made.
 ///
 /// # Errors
-/// Returns an [`OutputError`] if the format holds only triangulations in the plane, or none above three dimensions.
+/// Returns an [`OutputError`] if the format holds only triangulations in the plane, only those in space, or none above three
+/// dimensions.
 pub fn check_dimension(path: &Path, options: &WriteOptions<'_>, dimension: usize) -> Result<(), OutputError> {
     let format = options.format_of(path)?;
     if format.row().is_plane && dimension != 2 {
         return Err(OutputError::OnlyPlane { path: path.to_owned() });
+    }
+    if format.row().is_space && dimension == 2 {
+        return Err(OutputError::NotPlane { path: path.to_owned(), format: format.name() });
     }
     formats::check_dimension(format, path, dimension)
 }
@@ -100,8 +121,7 @@ pub fn write_text(path: &Path, text: &str) -> Result<(), OutputError> {
 /// Writes a triangulation to a file and returns the files written.
 ///
 /// The options or the extension determine the format. Each of `.node`, `.ele`, `.face`, `.edge` and `.neigh` writes the
-/// whole set (in the plane, without `.face`). For a `.vtu` file of a mesh with labels, the faces go to a second file
-/// ([`faces_path`]). `NAME.pvtu` lists the files of the folder `NAME.pieces`, one for each worker, and replaces the
+/// whole set (in the plane, without `.face`). `NAME.pvtu` lists the files of the folder `NAME.pieces`, one for each worker, and replaces the
 /// folder; the mesh must have [`MeshView::run`]. If the name ends in `.gz`, the output is compressed.
 ///
 /// `progress` receives the number of records written and their total.
@@ -115,6 +135,7 @@ pub fn write(
     progress: &mut dyn FnMut(u64, u64),
 ) -> Result<Vec<PathBuf>, OutputError> {
     check_dimension(path, options, mesh.dimension)?;
+    check_order(path, options)?;
     check_mesh(mesh, options)?;
     let mut staged = Staged::default();
     output::add(&mut staged, path, mesh, options, progress)?;
@@ -135,6 +156,7 @@ pub fn write_to(
     let path = Path::new("-");
     let format = options.format_of(path)?;
     formats::check_dimension(format, path, mesh.dimension)?;
+    check_order(path, options)?;
     let writer = writer(format);
     let Some(Body::One(write)) = writer.mesh else { return Err(OutputError::NotOneFile) };
     check_mesh(mesh, options)?;

@@ -31,13 +31,6 @@ pub(super) fn pieces_path(path: &Path) -> PathBuf {
     folder
 }
 
-/// Returns the path for the faces of a mesh of a domain. For `mesh.vtu`, it is `mesh.faces.vtu` in the same
-/// directory.
-pub fn faces_path(path: &Path) -> PathBuf {
-    let (plain, zipped) = without_gz(path);
-    plain.with_extension(if zipped { "faces.vtu.gz" } else { "faces.vtu" })
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;

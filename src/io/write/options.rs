@@ -22,6 +22,21 @@ septet_core::words!(MshVersion {
     V41 "4.1" "Current Gmsh files",
 });
 
+/// The order of the elements in a file.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
+pub enum Order {
+    /// Linear: corners only.
+    #[default]
+    One,
+    /// Quadratic and straight: corners, and the midpoints of edges.
+    Two,
+}
+
+septet_core::words!(Order {
+    One "1" "Linear cells, such as tetrahedra of 4 nodes",
+    Two "2" "Quadratic cells with straight edges, such as tetrahedra of 10 nodes",
+});
+
 /// The options of the writers.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct WriteOptions<'a> {
@@ -35,6 +50,8 @@ pub struct WriteOptions<'a> {
     pub first_id: u64,
     /// The version of a `.msh` file whose extension does not determine it.
     pub msh: MshVersion,
+    /// The order of the elements. Formats without [`has_order_2`](crate::Row::has_order_2) hold linear ones only.
+    pub order: Order,
     /// Values at the points of a triangulation, one column per array (`.vtu` and `.vtk` only).
     pub point_data: &'a [Column],
     /// The zero-based row of the input of each point, ascending, if rows were dropped. Formats of
@@ -70,11 +87,11 @@ impl WriteOptions<'_> {
 }
 
 impl Format {
-    /// Returns the files that an output of this format consists of, without the faces of a mesh of a domain. A `.pvtu` file
+    /// Returns the files that an output of this format consists of, as paths. A `.pvtu` file
     /// is followed by the folder of its pieces.
     pub fn files(self, path: &Path) -> Vec<PathBuf> {
         match self.row().files {
-            Files::One => vec![path.to_owned()],
+            Files::One | Files::Folder => vec![path.to_owned()],
             Files::Set => siblings(path).collect(),
             Files::Pieces => vec![path.to_owned(), pieces_path(path)],
         }

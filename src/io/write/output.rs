@@ -5,13 +5,13 @@ use std::path::Path;
 use septet_core::model::MeshView;
 
 use super::error::OutputError;
-use super::formats::{Body, vtu_faces, writer};
-use super::names::faces_path;
+use super::folder::Folder;
+use super::formats::{Body, poly_mesh, writer};
 use super::options::WriteOptions;
 use super::records::WriteProgress;
 use super::shared::pieces;
 use super::staged::Staged;
-use crate::format::{Format, Role};
+use crate::format::Role;
 
 /// Writes a triangulation under temporary names.
 pub(super) fn add(
@@ -27,11 +27,13 @@ pub(super) fn add(
     let mut progress = WriteProgress::new((writer.records)(mesh), progress);
     match body {
         Body::Pieces => pieces::write_alone(staged, path, mesh, options, &mut progress)?,
+        Body::Folder => {
+            let folder = Folder::create_named(path, &poly_mesh::FILES)?;
+            poly_mesh::write(folder.pieces(), mesh, &mut progress)?;
+            staged.folders.push(folder);
+        }
         Body::Set(write) => write(path, mesh, options, &mut staged.stage, &mut progress)?,
         Body::One(write) => staged.stage.write(path, |out| write(out, mesh, options, &mut progress))?,
-    }
-    if let (Format::Vtu, Some(labels)) = (format, mesh.labels) {
-        staged.stage.write(&faces_path(path), |out| vtu_faces::write(out, mesh, labels, &mut progress))?;
     }
     progress.finish();
     Ok(())

@@ -107,6 +107,21 @@ pub(super) fn push_float(buffer: &mut Vec<u8>, value: f64) {
     };
 }
 
+/// Appends the nearest decimal form of a number that has at most this many characters, at least 12. It reads back as the
+/// same double if the shortest form fits.
+pub(super) fn push_float_within(buffer: &mut Vec<u8>, value: f64, most: usize) {
+    let start = buffer.len();
+    push_float(buffer, value);
+    // A digit less until it fits: -1.2e-308 has 9 characters.
+    let mut digits = 17;
+    while buffer.len() - start > most && digits > 0 {
+        digits -= 1;
+        buffer.truncate(start);
+        // Writing to a vector cannot fail.
+        let _ = write!(buffer, "{value:.digits$e}");
+    }
+}
+
 /// Appends the coordinates of a point with a separator between them. If `space` is set, a point in the plane gets z =
 /// 0.
 pub(super) fn push_point(buffer: &mut Vec<u8>, point: &[f64], separator: u8, space: bool) {
@@ -150,6 +165,20 @@ mod tests {
         assert_eq!(float(-1.5e200), "-1.5e200");
         assert_eq!(float(5e-324), "5e-324");
         assert_eq!(float(f64::MAX), "1.7976931348623157e308");
+    }
+
+    #[test]
+    fn floats_fit_into_their_fields() {
+        let within = |value: f64, most: usize| {
+            let mut buffer = Vec::new();
+            push_float_within(&mut buffer, value, most);
+            String::from_utf8(buffer).unwrap()
+        };
+        assert_eq!(within(0.1, 15), "0.1");
+        assert_eq!(within(1.0 / 3.0, 20), "0.3333333333333333");
+        assert_eq!(within(-1.234_567_890_123_456_7e-5, 20), "-1.23456789012346e-5");
+        assert_eq!(within(-f64::MAX, 15), "-1.79769313e308");
+        assert_eq!(within(1.0 / 3.0, 15), "3.33333333333e-1");
     }
 
     proptest::proptest! {

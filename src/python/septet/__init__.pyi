@@ -404,7 +404,7 @@ class Mesh:
     def facet_markers(self) -> Ids: ...
     @property
     def quality(self) -> dict[str, Any]: ...
-    def write(self, path: str | os.PathLike[str]) -> None: ...
+    def write(self, path: str | os.PathLike[str], *, order: int = 1) -> None: ...
     def to_meshio(self) -> Any:
         """A meshio.Mesh. Needs meshio."""
     def to_pyvista(self) -> Any:
@@ -415,7 +415,7 @@ def mesh(
     *,
     size: float | Literal["none"] | None = None,
     min_size: float | None = None,
-    size_field: tuple[npt.ArrayLike, npt.ArrayLike] | None = None,
+    size_field: str | os.PathLike[str] | tuple[npt.ArrayLike, npt.ArrayLike] | None = None,
     boundary: Literal["exact", "remesh"] | None = None,
     keep_surface: bool = False,
     max_distance: float | None = None,

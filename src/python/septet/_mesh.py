@@ -93,9 +93,12 @@ class Mesh(Lazy):
         made: Dict[str, Any] = json.loads(self._core.quality())
         return made
 
-    def write(self, path: "str | os.PathLike[str]") -> None:
-        """Write any format of ``septet mesh -o``, by the ending."""
-        self._core.write(os.fsdecode(path))
+    def write(self, path: "str | os.PathLike[str]", *, order: int = 1) -> None:
+        """Write any format of ``septet mesh -o``, by the ending.
+
+        Cells of order 2 have a node at the midpoint of each edge. Not every format has them.
+        """
+        self._core.write(os.fsdecode(path), arguments.whole(order, "order", 1, 2))
 
     def to_meshio(self) -> Any:
         """Return a meshio.Mesh with the regions as cell data. Needs meshio."""
@@ -115,7 +118,7 @@ def mesh(
     *,
     size: Union[float, str, None] = None,
     min_size: Optional[float] = None,
-    size_field: Optional[Tuple[npt.ArrayLike, npt.ArrayLike]] = None,
+    size_field: "Optional[str | os.PathLike[str] | Tuple[npt.ArrayLike, npt.ArrayLike]]" = None,
     boundary: Optional[str] = None,
     keep_surface: bool = False,
     max_distance: Optional[float] = None,
@@ -142,8 +145,8 @@ def mesh(
         added, in space, only on edges that cannot be kept otherwise.
     min_size : float, optional
         Lower limit of the size. It overrides every other size.
-    size_field : tuple of array_like, optional
-        Points of shape (n, d) and the size at each.
+    size_field : str, path, or tuple of array_like, optional
+        A file of ``septet mesh --size-field``, or points of shape (n, d) and the size at each.
     boundary : {'exact', 'remesh'}, optional
         Whether all facets are kept, or only corners and ridges of a surface. By default, 'remesh' for surfaces.
     keep_surface : bool, optional
@@ -253,11 +256,14 @@ def _domain(domain: Any) -> Union[str, Tuple[Any, Any, Any]]:
     return rows, offsets, flat
 
 
-def _field(size_field: Any) -> Tuple[Any, Any]:
+def _field(size_field: Any) -> Union[str, Tuple[Any, Any]]:
+    if isinstance(size_field, (str, os.PathLike)):
+        path = os.fspath(size_field)
+        return path if isinstance(path, str) else os.fsdecode(path)
     try:
         places, sizes = size_field
     except (TypeError, ValueError):
-        raise ValueError("size_field must be the pair (points, sizes)") from None
+        raise ValueError("size_field must be a file, or the pair (points, sizes)") from None
     rows, values = arguments.points(places, "size_field"), arguments.floats(sizes, "size_field")
     if values.shape != (len(rows),):
         raise ValueError(f"size_field must have one size for each of its {len(rows)} points")

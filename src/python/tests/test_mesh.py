@@ -55,6 +55,15 @@ def test_files(tmp_path: Path) -> None:
     made.write(tmp_path / "mesh.vtu")
     again = septet.read(tmp_path / "mesh.vtu")
     assert (again.points == made.points).all() and len(again.cells) == len(made.cells)
+    again = septet.mesh((CUBE, TRIANGLES), size_field=tmp_path / "mesh.vtu")
+    assert len(again.cells) > len(septet.mesh((CUBE, TRIANGLES)).cells)
+    made.write(tmp_path / "mesh.msh", order=2)
+    assert "\n3 1 11 " in (tmp_path / "mesh.msh").read_text()
+    made.write(tmp_path / "polyMesh")
+    assert (tmp_path / "polyMesh" / "boundary").is_file()
+    for name, order in [("mesh.stl", 2), ("mesh.vtu", 3)]:
+        with pytest.raises((septet.OptionError, ValueError)):
+            made.write(tmp_path / name, order=order)
     with pytest.raises(FileNotFoundError):
         septet.mesh(tmp_path / "none.off")
     (tmp_path / "bad.off").write_text("OFF\n8 12 0\n0 0 zero\n")

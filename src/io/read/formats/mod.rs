@@ -170,12 +170,17 @@ pub const fn reader(format: Format) -> Reader {
             ..NONE
         },
         Format::Obj => surface!(obj, 1, obj::place_of_face, |_| false),
-        Format::Vtu => mesh!(vtu, |data| vtu::is_of_type(data, |kind| kind != "PolyData")),
+        Format::Vtu => Reader {
+            sizes: Some(vtu::read_sizes),
+            ..mesh!(vtu, |data| vtu::is_of_type(data, |kind| kind != "PolyData"))
+        },
         Format::Vtp => mesh!(vtu, |data| vtu::is_of_type(data, |kind| kind == "PolyData")),
         Format::Vtk => mesh!(vtk, |data| data.starts_with(b"# vtk DataFile")),
-        Format::Msh => mesh!(msh, |data| word(data) == b"$MeshFormat"),
+        Format::Msh => {
+            Reader { sizes: Some(msh::read_sizes), ..mesh!(msh, |data| word(data) == b"$MeshFormat") }
+        }
         // Their content is that of a `.msh` file.
-        Format::Msh22 | Format::Msh41 => mesh!(msh, |_| false),
+        Format::Msh22 | Format::Msh41 => Reader { sizes: Some(msh::read_sizes), ..mesh!(msh, |_| false) },
         Format::Medit => mesh!(medit, |data| word(data) == b"MeshVersionFormatted"),
         Format::Ele => Reader { signature: is_ele, cells: Some(cells::read_ele), ..NONE },
         Format::Poly => Reader { domain: Some(poly::read_polygons), ..NONE },
@@ -183,7 +188,14 @@ pub const fn reader(format: Format) -> Reader {
         Format::GeoJson => Reader { signature: is_geojson, domain: Some(geojson::read_domain), ..NONE },
         Format::Wkt => Reader { signature: is_wkt, domain: Some(wkt::read_domain), ..NONE },
         Format::Pvtu => Reader { cells: Some(vtu::read_cells_of_pieces), mesh: Some(vtu::read_both), ..NONE },
-        Format::Faces | Format::Svg => NONE,
+        Format::Faces
+        | Format::Svg
+        | Format::Xdmf
+        | Format::Inp
+        | Format::Su2
+        | Format::Bdf
+        | Format::Exo
+        | Format::PolyMesh => NONE,
     }
 }
 

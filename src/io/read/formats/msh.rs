@@ -1,6 +1,7 @@
 //! Gmsh `.msh`, versions 2 and 4.1: ASCII here, binary in `binary`.
 
 mod binary;
+mod data;
 
 use std::collections::HashMap;
 
@@ -8,8 +9,11 @@ use crate::read::cells::index;
 use crate::read::collect::Collector;
 use crate::read::error::{InputError, Place};
 use crate::read::mesh::{CellKind, FileMesh};
+use crate::read::mesh_sizes;
 use crate::read::points::ReadOptions;
 use crate::read::text::{Line, Lines, Source, integer};
+use data::NodeData;
+use septet_core::mesh::field::SizeField;
 
 /// Node tags and their zero-based indices, which are the positions of the nodes in their section.
 struct Tags {
@@ -74,12 +78,43 @@ impl<'a> Section<'a, '_> {
     }
 }
 
+/// Reads the sizes at the nodes: the data with the name `size`, or the only data.
+pub fn read_sizes(source: Source<'_>) -> Result<SizeField, InputError> {
+    if is_binary(source) {
+        let advice = "save it as text (gmsh -bin 0), or give a .vtu file";
+        return Err(source.unsupported(Place::Whole, "a binary .msh file of sizes", advice));
+    }
+    let mut data = Vec::new();
+    let mesh = parse_text(source, &ReadOptions::default(), Some(&mut data))?;
+    let found = match (data.iter().find(|data| data.name == "size"), &data[..]) {
+        (Some(found), _) | (None, [found]) => found,
+        _ => {
+            let what = format!("a mesh with {} sections $NodeData of numbers", data.len());
+            return Err(source.unsupported(Place::Whole, what, "name the data of the sizes `size`"));
+        }
+    };
+    let known = found.values.iter().filter(|value| !value.is_nan()).count() as u64;
+    if known < found.values.len() as u64 {
+        return Err(source.truncated(Place::Whole, "sizes at points", found.values.len() as u64, known));
+    }
+    mesh_sizes::field(source, mesh, &found.values)
+}
+
 /// Reads the mesh.
 pub fn parse<'a>(source: Source<'a>, options: &ReadOptions) -> Result<FileMesh<'a>, InputError> {
     let options = &ReadOptions { dimension: None, ..options.clone() };
     if is_binary(source) {
         return binary::parse(source, options);
     }
+    parse_text(source, options, None)
+}
+
+/// Reads the mesh of a text, and the data of its nodes if they are requested.
+fn parse_text<'a>(
+    source: Source<'a>,
+    options: &ReadOptions,
+    mut data: Option<&mut Vec<NodeData>>,
+) -> Result<FileMesh<'a>, InputError> {
     let mut lines = Lines::new(source.data);
     let mut version = None;
     let mut nodes: Option<(FileMesh<'a>, Tags)> = None;
@@ -93,6 +128,12 @@ pub fn parse<'a>(source: Source<'a>, options: &ReadOptions) -> Result<FileMesh<'
             ("$elements", Some(version), Some((mesh, tags))) => {
                 let section = Section { source, lines: &mut lines, what: "elements" };
                 read_elements(section, version, mesh, tags)?;
+            }
+            ("$nodedata", Some(_), Some((_, tags))) if data.is_some() => {
+                let found = data::read(source, &mut lines, tags)?;
+                if let (Some(all), Some(found)) = (data.as_mut(), found) {
+                    all.push(found);
+                }
             }
             (_, None, _) => return Err(source.bad_line(&line, "$MeshFormat")),
             ("$nodes" | "$elements" | "$meshformat", ..) => {

@@ -6,10 +6,12 @@ mod base64;
 mod decode;
 mod grid;
 mod pieces;
+mod sizes;
 mod xml;
 
 pub use grid::parse;
 pub use pieces::{read_both, read_cells as read_cells_of_pieces};
+pub use sizes::read_sizes;
 
 /// Whether the bytes are a VTK XML file, and whether it has this type.
 pub fn is_of_type(data: &[u8], is_wanted: fn(&str) -> bool) -> bool {

@@ -8,6 +8,7 @@ mod formats;
 mod hostile;
 mod loading;
 mod maps;
+mod mesh_sizes;
 mod mutations;
 mod raw;
 mod reports;

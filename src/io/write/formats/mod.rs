@@ -1,21 +1,27 @@
 //! The writers of the formats. [`writer`] has an entry for each format of the table.
 
+mod bdf;
+mod exo;
+mod inp;
 mod medit;
 mod msh;
-mod msh_labelled;
+mod msh_elements;
 pub mod npy;
 mod obj;
 mod off;
 mod ply;
+pub mod poly_mesh;
 pub mod pvtu;
 mod stl;
+mod su2;
 mod surface;
 mod svg;
 mod table;
 mod tetgen;
 mod vtk;
 pub mod vtu;
-pub mod vtu_faces;
+mod vtu_elements;
+mod xdmf;
 
 use std::io::Write;
 use std::path::Path;
@@ -53,6 +59,8 @@ pub enum Body {
     One(WriteFile),
     /// In a set of files.
     Set(WriteSet),
+    /// In a folder of files.
+    Folder,
     /// In pieces, which are made from the shares of the workers.
     Pieces,
 }
@@ -156,22 +164,34 @@ pub const fn writer(format: Format) -> Writer {
         Format::Vtk => VTK,
         Format::Msh => Writer {
             mesh: Some(Body::One(|out, mesh, options, progress| {
-                msh::write(out, mesh, options.msh, progress)
+                msh::write(out, mesh, (options.msh, options.order), progress)
             })),
             ..NONE
         },
         Format::Msh22 => Writer {
-            mesh: Some(Body::One(|out, mesh, _, progress| msh::write(out, mesh, MshVersion::V22, progress))),
+            mesh: Some(Body::One(|out, mesh, options, progress| {
+                msh::write(out, mesh, (MshVersion::V22, options.order), progress)
+            })),
             ..NONE
         },
         Format::Msh41 => Writer {
-            mesh: Some(Body::One(|out, mesh, _, progress| msh::write(out, mesh, MshVersion::V41, progress))),
+            mesh: Some(Body::One(|out, mesh, options, progress| {
+                msh::write(out, mesh, (MshVersion::V41, options.order), progress)
+            })),
             ..NONE
         },
         Format::Medit => Writer {
             mesh: Some(Body::One(|out, mesh, _, progress| medit::write(out, mesh, progress))),
             ..NONE
         },
+        Format::Xdmf => Writer { mesh: Some(Body::One(xdmf::write)), ..NONE },
+        Format::Inp => Writer { mesh: Some(Body::One(inp::write)), ..NONE },
+        Format::Su2 => {
+            Writer { mesh: Some(Body::One(|out, mesh, _, progress| su2::write(out, mesh, progress))), ..NONE }
+        }
+        Format::Bdf => Writer { mesh: Some(Body::One(bdf::write)), ..NONE },
+        Format::Exo => Writer { mesh: Some(Body::One(exo::write)), ..NONE },
+        Format::PolyMesh => Writer { mesh: Some(Body::Folder), ..NONE },
         Format::Poly | Format::Smesh | Format::Vtp | Format::Npz | Format::Las => NONE,
     }
 }
@@ -191,7 +211,7 @@ const NPY: Writer = Writer {
 
 /// The grids of VTK in XML.
 const VTU: Writer = Writer {
-    mesh: Some(Body::One(vtu::write)),
+    mesh: Some(Body::One(vtu_elements::write)),
     records: grid_records,
     points: Some(|out, points, _, progress| vtu::write_points(out, points, progress)),
     records_per_point: 5,
@@ -223,11 +243,15 @@ const _: () = {
             (writer.mesh, format.row().files),
             (Some(Body::Set(_)), Files::Set)
                 | (Some(Body::Pieces), Files::Pieces)
+                | (Some(Body::Folder), Files::Folder)
                 | (Some(Body::One(_)) | None, Files::One)
         ));
         assert!(format.row().is_divided(Role::Triangulation) != matches!(writer.way, Way::Whole));
         // A mesh of a domain has no pieces.
-        assert!(!format.has(Role::Mesh) || matches!(writer.mesh, Some(Body::One(_) | Body::Set(_))));
+        assert!(
+            !format.has(Role::Mesh)
+                || matches!(writer.mesh, Some(Body::One(_) | Body::Set(_) | Body::Folder))
+        );
         at += 1;
     }
 };

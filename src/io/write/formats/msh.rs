@@ -1,11 +1,12 @@
 //! `.msh` files of Gmsh, text, versions 4.1 and 2.2. A triangulation is one entity of the dimension of the mesh, with
-//! tag 1 and physical group 1. `msh_labelled` writes meshes of domains.
+//! tag 1 and physical group 1. `msh_elements` writes meshes of domains and quadratic triangulations.
 
 use std::io::Write;
 
-use super::msh_labelled;
+use super::msh_elements;
+use crate::write::elements::Elements;
 use crate::write::error::WriteFault;
-use crate::write::options::MshVersion;
+use crate::write::options::{MshVersion, Order};
 use crate::write::records::{
     WriteProgress, push_float, push_indices, push_integer, push_point, write_records,
 };
@@ -15,9 +16,12 @@ use septet_core::model::MeshView;
 pub fn write(
     out: &mut dyn Write,
     mesh: &MeshView<'_>,
-    version: MshVersion,
+    (version, order): (MshVersion, Order),
     progress: &mut WriteProgress<'_>,
 ) -> Result<(), WriteFault> {
+    if mesh.labels.is_some() || order == Order::Two {
+        return msh_elements::write(out, &Elements::of(mesh, order)?, version, progress);
+    }
     match version {
         MshVersion::V41 => write_41(out, mesh, progress),
         MshVersion::V22 => write_22(out, mesh, progress),
@@ -44,10 +48,6 @@ fn write_22(
         buffer.push(b'\n');
     })?;
     writeln!(out, "$EndNodes")?;
-    if let Some(labels) = mesh.labels {
-        let groups = msh_labelled::groups(mesh, labels);
-        return msh_labelled::write_elements(out, &groups, MshVersion::V22, progress);
-    }
     write!(out, "$Elements\n{cells}\n")?;
     let tags = format!(" {} 2 1 1", element_type(dimension));
     write_records(out, cells, progress, |buffer, i| {
@@ -68,19 +68,12 @@ fn write_41(
     let (dimension, corners) = (mesh.dimension, mesh.dimension + 1);
     let (points, cells) = (mesh.point_count(), mesh.cell_count());
     writeln!(out, "$MeshFormat\n4.1 0 8\n$EndMeshFormat")?;
-    let groups = mesh.labels.map(|labels| msh_labelled::groups(mesh, labels));
-    let mut entity = (dimension, 1);
-    if let Some(groups) = &groups {
-        msh_labelled::write_entities(out, mesh, groups)?;
-        entity = msh_labelled::node_entity(mesh, groups);
-    } else {
-        let counts = if dimension == 3 { "0 0 0 1" } else { "0 0 1 0" };
-        writeln!(out, "$Entities\n{counts}\n1 {} 1 1 0\n$EndEntities", bounding_box(mesh))?;
-    }
+    let counts = if dimension == 3 { "0 0 0 1" } else { "0 0 1 0" };
+    writeln!(out, "$Entities\n{counts}\n1 {} 1 1 0\n$EndEntities", bounding_box(mesh))?;
     writeln!(out, "$Nodes")?;
     // A mesh without points gets no block, because some programs refuse a block with the tags 1 to 0.
     if points > 0 {
-        write!(out, "1 {points} 1 {points}\n{} {} 0 {points}\n", entity.0, entity.1)?;
+        write!(out, "1 {points} 1 {points}\n{dimension} 1 0 {points}\n")?;
     } else {
         writeln!(out, "0 0 0 0")?;
     }
@@ -94,9 +87,6 @@ fn write_41(
         buffer.push(b'\n');
     })?;
     writeln!(out, "$EndNodes")?;
-    if let Some(groups) = &groups {
-        return msh_labelled::write_elements(out, groups, MshVersion::V41, progress);
-    }
     writeln!(out, "$Elements")?;
     if cells > 0 {
         let kind = element_type(dimension);
@@ -115,7 +105,7 @@ fn write_41(
 
 /// Returns the three smallest and then the three largest coordinates, or zeros if there are no points.
 fn bounding_box(mesh: &MeshView<'_>) -> String {
-    let all = msh_labelled::bounding_box(mesh, 0..mesh.point_count() as u64);
+    let all = msh_elements::bounding_box((0..mesh.point_count()).map(|point| mesh.place(point)));
     let mut text = Vec::new();
     for (i, c) in all.into_iter().enumerate() {
         if i > 0 {

@@ -75,7 +75,7 @@ pub fn check(path: &Path) -> Result<(), OutputError> {
         return Err(OutputError::NotText { path: at() });
     }
     stage::probe(path)?;
-    folder::check(&pieces_path(path))
+    folder::check(&pieces_path(path), &[])
 }
 
 /// Writes the piece of a worker.

@@ -5,9 +5,11 @@
 
 use std::io::{self, Write};
 
-use super::vtu::{Array, Section, TETRAHEDRON, TRIANGLE, VERTEX, data_arrays, points};
+use super::vtu::{Array, Section, VERTEX, data_arrays, points};
+use super::vtu_elements::{self, cell_type};
+use crate::write::elements::Elements;
 use crate::write::error::WriteFault;
-use crate::write::options::WriteOptions;
+use crate::write::options::{Order, WriteOptions};
 use crate::write::records::{WriteProgress, write_records};
 use septet_core::model::{MeshView, Points};
 
@@ -30,10 +32,28 @@ pub fn write(
     let corners = mesh.dimension + 1;
     let cells = mesh.cells;
     let vertices = move |i: usize| &cells[i * corners..(i + 1) * corners];
-    let vtk_type = if mesh.dimension == 3 { TETRAHEDRON } else { TRIANGLE };
+    if mesh.labels.is_some() || options.order == Order::Two {
+        return write_elements(out, &Elements::of(mesh, options.order)?, options, progress);
+    }
+    let vtk_type = cell_type(mesh.dimension, Order::One);
     let cells = Cells { count: mesh.cell_count(), corners, vtk_type, vertices: &vertices };
     let arrays = data_arrays(mesh, options);
     write_grid(out, &points(mesh.dimension, (mesh.coordinates, mesh.heights)), &cells, &arrays, progress)
+}
+
+/// Writes the cells of a mesh of a domain, or quadratic cells.
+fn write_elements(
+    out: &mut dyn Write,
+    elements: &Elements<'_>,
+    options: &WriteOptions<'_>,
+    progress: &mut WriteProgress<'_>,
+) -> Result<(), WriteFault> {
+    let block = &elements.cells;
+    let (count, corners, vtk_type) = (block.len(), block.width, cell_type(block.dimension, elements.order));
+    let vertices = |i: usize| block.row(i);
+    let cells = Cells { count, corners, vtk_type, vertices: &vertices };
+    let arrays = vtu_elements::data_arrays(elements, options, count);
+    write_grid(out, &vtu_elements::points(elements), &cells, &arrays, progress)
 }
 
 /// Writes points, and a vertex cell for each.
@@ -94,8 +114,14 @@ fn write_data(
     let keyword = if section == Section::PointData { "POINT_DATA" } else { "CELL_DATA" };
     writeln!(out, "{keyword} {count}\nFIELD FieldData {}", own.len())?;
     for array in own {
-        writeln!(out, "{} 1 {count} {}", encoded(array.name), type_name(array.kind))?;
-        write_array(out, array, progress)?;
+        let is_short = is_short(array);
+        let name = if is_short { "int" } else { type_name(array.kind) };
+        writeln!(out, "{} 1 {count} {name}", encoded(array.name))?;
+        if is_short {
+            write_short(out, array, progress)?;
+        } else {
+            write_array(out, array, progress)?;
+        }
     }
     Ok(())
 }
@@ -111,12 +137,41 @@ fn write_array(out: &mut dyn Write, array: &Array<'_>, progress: &mut WriteProgr
     writeln!(out)
 }
 
-/// Returns the legacy name of a type of `.vtu` arrays.
+/// Whether an array has whole numbers of 64 bits that all fit into 32 bits.
+fn is_short(array: &Array<'_>) -> bool {
+    let mut buffer = Vec::new();
+    array.kind == "Int64"
+        && (0..array.count).all(|i| {
+            buffer.clear();
+            (array.record)(&mut buffer, i);
+            i32::try_from(whole(&buffer)).is_ok()
+        })
+}
+
+/// Returns the number of a record of 8 bytes.
+fn whole(record: &[u8]) -> i64 {
+    record.try_into().map_or(0, i64::from_le_bytes)
+}
+
+/// Writes an array of whole numbers in 32 bits.
+fn write_short(out: &mut dyn Write, array: &Array<'_>, progress: &mut WriteProgress<'_>) -> io::Result<()> {
+    write_records(out, array.count, progress, |buffer, i| {
+        let start = buffer.len();
+        (array.record)(buffer, i);
+        let number = whole(&buffer[start..]) as i32;
+        buffer.truncate(start);
+        buffer.extend_from_slice(&number.to_be_bytes());
+    })?;
+    writeln!(out)
+}
+
+/// Returns the legacy name of a type of `.vtu` arrays. Only these names are known to all programs. `long` has 64 bits
+/// except in VTK on Windows, so that it is used only for numbers that need it.
 fn type_name(kind: &str) -> &'static str {
     match kind {
         "Float64" => "double",
-        "Int64" => "vtktypeint64",
-        "UInt64" => "vtktypeuint64",
+        "Int64" => "long",
+        "UInt64" => "unsigned_long",
         "UInt32" => "unsigned_int",
         _ => "int",
     }

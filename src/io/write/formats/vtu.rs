@@ -11,9 +11,9 @@ use crate::read::Column;
 use crate::write::error::WriteFault;
 use crate::write::options::WriteOptions;
 use crate::write::place::Place;
-use crate::write::quality::{least_angle, radius_edge_ratio};
+use crate::write::quality::radius_edge_ratio;
 use crate::write::records::{WriteProgress, write_range};
-use septet_core::model::{Labels, MeshView, Points};
+use septet_core::model::{MeshView, Points};
 
 /// Cell types of VTK.
 pub const VERTEX: u8 = 1;
@@ -49,6 +49,8 @@ pub struct Array<'a> {
     pub count: usize,
     /// The number of bytes per record.
     width: usize,
+    /// The number of bytes of all records. Records of an array that is written as a whole may have other widths.
+    bytes: usize,
     /// Appends a record in little-endian order.
     pub record: Record<'a>,
 }
@@ -58,12 +60,13 @@ impl Array<'_> {
     /// and after them cannot be written.
     pub fn placed(self, first: usize, total: usize) -> Self {
         let record = self.record;
-        Array { count: total, record: Box::new(move |buffer, i| record(buffer, i - first)), ..self }
+        let bytes = total * self.width;
+        Array { count: total, bytes, record: Box::new(move |buffer, i| record(buffer, i - first)), ..self }
     }
 
     /// Writes the number of bytes of all records, which precedes them.
     fn write_length(&self, out: &mut dyn Write) -> io::Result<()> {
-        out.write_all(&((self.count * self.width) as u64).to_le_bytes())
+        out.write_all(&(self.bytes as u64).to_le_bytes())
     }
 
     /// Writes the records of a range.
@@ -78,7 +81,12 @@ impl Array<'_> {
 
     /// Returns the position of a record in the bytes of the array, which begin with their number.
     fn position(&self, record: usize) -> usize {
-        LENGTH + record * self.width
+        LENGTH + if record == self.count { self.bytes } else { record * self.width }
+    }
+
+    /// Returns an array whose records have this number of bytes together. It is written as a whole.
+    pub fn of_bytes(self, bytes: usize) -> Self {
+        Array { bytes, ..self }
     }
 
     /// Returns `true` for the global ids of points or cells.
@@ -107,7 +115,7 @@ pub fn records(points: usize, cells: usize) -> u64 {
     (2 * points + 5 * cells) as u64
 }
 
-/// Writes a triangulation.
+/// Writes a triangulation without labels.
 pub fn write(
     out: &mut dyn Write,
     mesh: &MeshView<'_>,
@@ -169,9 +177,6 @@ pub fn data_arrays<'a>(mesh: &MeshView<'a>, options: &WriteOptions<'a>) -> Vec<A
             arrays.push(leaves(leaf.len(), move |i| leaf[i]));
         }
     }
-    if let Some(labels) = mesh.labels {
-        arrays.extend(labelled(mesh, labels));
-    }
     arrays
 }
 
@@ -212,12 +217,12 @@ pub fn cell_array<'a>(
     (count, width): (usize, usize),
     record: Record<'a>,
 ) -> Array<'a> {
-    Array { section, name, kind, attributes: "", count, width, record }
+    Array { section, name, kind, attributes: "", count, width, bytes: count * width, record }
 }
 
 fn ids(section: Section, name: &'static str, count: usize) -> Array<'static> {
     let record: Record<'_> = Box::new(|buffer, i| buffer.extend_from_slice(&(i as u64).to_le_bytes()));
-    Array { section, name, kind: "Int64", attributes: IDS, count, width: 8, record }
+    Array { section, name, kind: "Int64", attributes: IDS, count, width: 8, bytes: 8 * count, record }
 }
 
 fn point_ids(count: usize) -> Array<'static> {
@@ -240,46 +245,22 @@ pub fn leaves<'a>(count: usize, leaf: impl Fn(usize) -> u64 + Sync + 'a) -> Arra
     cell_array(Section::CellData, "home_leaf", "UInt64", (count, 8), record)
 }
 
-/// Returns the arrays of the labels of a mesh of a domain.
-fn labelled<'a>(mesh: &MeshView<'a>, labels: &'a Labels) -> Vec<Array<'a>> {
-    let (count, points) = (mesh.cell_count(), mesh.point_count());
-    let (dimension, corners) = (mesh.dimension, mesh.dimension + 1);
-    let (coordinates, cells) = (mesh.coordinates, mesh.cells);
-    let region: Record<'a> = Box::new(|b, i| b.extend_from_slice(&labels.regions[i].to_le_bytes()));
-    let attribute: Record<'a> = Box::new(|b, i| b.extend_from_slice(&labels.attributes[i].to_le_bytes()));
-    let angle: Record<'a> = Box::new(move |b, i| {
-        let angle = least_angle(dimension, coordinates, &cells[i * corners..(i + 1) * corners]);
-        b.extend_from_slice(&angle.to_le_bytes());
-    });
-    let size: Record<'a> = Box::new(|b, i| b.extend_from_slice(&labels.sizes[i].to_le_bytes()));
-    let marker: Record<'a> = Box::new(|b, i| b.extend_from_slice(&labels.point_markers[i].to_le_bytes()));
-    let on = |k: usize| -> Record<'a> {
-        Box::new(move |b, i| b.extend_from_slice(&labels.carriers[i][k].to_le_bytes()))
-    };
-    vec![
-        cell_array(Section::CellData, "region", "UInt32", (count, 4), region),
-        cell_array(Section::CellData, "attribute", "Float64", (count, 8), attribute),
-        cell_array(Section::CellData, "least_angle", "Float64", (count, 8), angle),
-        cell_array(Section::PointData, "size", "Float64", (points, 8), size),
-        cell_array(Section::PointData, "marker", "Int64", (points, 8), marker),
-        cell_array(Section::PointData, "carrier_dimension", "Int32", (points, 4), on(0)),
-        cell_array(Section::PointData, "carrier", "Int32", (points, 4), on(1)),
-    ]
-}
-
 /// Returns the array of points. Points in the plane get their heights as z, or 0.
 pub fn points<'a>(dimension: usize, (coordinates, heights): (&'a [f64], Option<&'a [f64]>)) -> Array<'a> {
-    let record: Record<'_> = Box::new(move |buffer, i| {
+    points_of(coordinates.len() / dimension, move |i| {
         let z = heights.map_or(0.0, |heights| heights[i]);
-        for axis in 0..3 {
-            let value = if axis < dimension { coordinates[i * dimension + axis] } else { z };
-            buffer.extend_from_slice(&value.to_le_bytes());
-        }
-    });
-    let count = coordinates.len() / dimension;
+        std::array::from_fn(|axis| if axis < dimension { coordinates[i * dimension + axis] } else { z })
+    })
+}
+
+/// Returns the array of points at these places.
+pub fn points_of<'a>(count: usize, place: impl Fn(usize) -> [f64; 3] + Sync + 'a) -> Array<'a> {
+    let record: Record<'_> =
+        Box::new(move |buffer, i| place(i).iter().for_each(|c| buffer.extend_from_slice(&c.to_le_bytes())));
     let attributes = " NumberOfComponents=\"3\"";
     let (name, kind, width) = ("Points", "Float64", 24);
-    Array { section: Section::Points, name, kind, attributes, count, width, record }
+    let (section, bytes) = (Section::Points, count * width);
+    Array { section, name, kind, attributes, count, width, bytes, record }
 }
 
 /// Returns the arrays of offsets and types. In VTK, the offset of a cell is the position where it ends.

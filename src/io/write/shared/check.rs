@@ -9,7 +9,8 @@ use septet_protocol::wire::{Ended, Processes};
 use super::fault::{SharedFault, describe};
 use crate::format::{Files, Format};
 use crate::write::error::OutputError;
-use crate::write::formats::pvtu;
+use crate::write::folder;
+use crate::write::formats::{poly_mesh, pvtu};
 use crate::write::options::{WriteOptions, check_first_id};
 use crate::write::stage::{beside, directory_of, is_special, probe};
 
@@ -84,10 +85,10 @@ impl Tokens {
         let text = format!("septet {} {}", std::process::id(), since.as_nanos());
         let mut tokens = Tokens { files: Vec::new(), text };
         for (path, format) in outputs.iter().zip(formats) {
-            if format.row().files == Files::Pieces {
-                pvtu::check(path)?;
-            } else {
-                format.files(path).iter().try_for_each(|file| probe(file))?;
+            match format.row().files {
+                Files::Pieces => pvtu::check(path)?,
+                Files::Folder => folder::check(path, &poly_mesh::FILES)?,
+                Files::One | Files::Set => format.files(path).iter().try_for_each(|file| probe(file))?,
             }
             let ((), token) = beside(path, |token| fs::File::create_new(token).map(drop))?;
             tokens.files.push(token.clone());

@@ -3,6 +3,7 @@
 mod binary;
 mod gmsh_and_medit;
 mod pvtu;
+mod solvers;
 mod terrain;
 mod tetgen_and_off;
 mod vtk;
@@ -16,9 +17,9 @@ use std::fs;
 use super::*;
 use septet_common::samples::{Sample, kuhn, no_cells, squares};
 
-const NAMES: [&str; 13] = [
+const NAMES: [&str; 18] = [
     "m.vtu", "m.vtk", "m.vtk.gz", "m.node", "m.msh", "m.msh22", "m.msh41", "m.mesh", "m.npy", "m.off",
-    "m.stl", "m.obj", "m.ply",
+    "m.stl", "m.obj", "m.ply", "m.xdmf", "m.inp", "m.su2", "m.bdf", "m.exo",
 ];
 
 /// Writes a mesh under a name in a fresh directory; returns all files found there.

@@ -1,7 +1,6 @@
 //! Legacy VTK files, data of points, compression and streams, through the readers.
 
 use std::io::Read;
-use std::path::Path;
 
 use super::*;
 use crate::read::{CellOptions, Column, ReadOptions, read, read_cells};
@@ -67,7 +66,6 @@ fn compressed_files_hold_the_same_bytes() {
     for (name, bytes) in plain {
         assert_eq!(unpacked(&zipped[&format!("{name}.gz")]), bytes, "{name}");
     }
-    assert_eq!(faces_path(Path::new("a/m.vtu.gz")), Path::new("a/m.faces.vtu.gz"));
 }
 
 #[test]

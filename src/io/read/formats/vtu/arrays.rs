@@ -59,6 +59,8 @@ pub struct Arrays<'a> {
     pub cell_ids: Option<DataArray<'a>>,
     /// The workers of cells, if they are numbers.
     pub owners: Option<DataArray<'a>>,
+    /// The arrays of floating-point numbers at points, one for each, with their names.
+    pub point_values: Vec<(String, DataArray<'a>)>,
     pub appended: Option<Appended<'a>>,
 }
 
@@ -97,6 +99,13 @@ pub fn open(source: Source<'_>) -> Result<Arrays<'_>, InputError> {
                     (b"Cells", "types") => grid.types = Some(array()?),
                     (b"PointData", "GlobalPointIds") => grid.point_ids = array().ok(),
                     (b"PointData", "vtkGhostType") => grid.point_ghosts = array().ok(),
+                    (b"PointData", name) => {
+                        let is_value = |array: &DataArray<'_>| {
+                            matches!(array.scalar, Scalar::F32 | Scalar::F64) && array.components == 1
+                        };
+                        let values = array().ok().filter(is_value);
+                        grid.point_values.extend(values.map(|array| (name.to_owned(), array)));
+                    }
                     (b"CellData", "vtkGhostType") => grid.ghosts = array().ok(),
                     (b"CellData", "GlobalCellIds") => grid.cell_ids = array().ok(),
                     (b"CellData", "owner") => grid.owners = array().ok(),
@@ -185,6 +194,7 @@ fn root_of<'a>(source: Source<'a>, root: &Tag<'_>) -> Result<Arrays<'a>, InputEr
         ghosts: None,
         cell_ids: None,
         owners: None,
+        point_values: Vec::new(),
         appended: None,
     })
 }
