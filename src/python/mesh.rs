@@ -200,7 +200,7 @@ impl Meshed {
         let watch = Watch::new(progress);
         let mut request = request_of(&options, &watch).map_err(|error| error.raised(py))?;
         if let Some(Sizes::File(path)) = &size_field {
-            let field = read_sizes(Path::new(path), &mut |_, _| {});
+            let field = read_sizes(std::path::Path::new(path), &mut |_, _| {});
             request.sizes.field = Some(field.map_err(|error| NoMesh::File(error).raised(py))?);
         }
         if let Some(Sizes::Rows(places, sizes)) = &size_field {

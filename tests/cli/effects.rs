@@ -8,7 +8,7 @@ use super::Place;
 /// A line, and the two options or values that its message names.
 type Pair = (&'static str, [&'static str; 2]);
 
-const PAIRS: [Pair; 94] = [
+const PAIRS: [Pair; 95] = [
     // The report holds the picture.
     ("triangulate p.xyz --view 10", ["--view", "--json"]),
     ("simulate p.xyz --view 0 -o a.vtu", ["--view", "--json"]),
@@ -119,7 +119,7 @@ const PAIRS: [Pair; 94] = [
 ];
 
 /// The options that `mesh --check` does not use.
-const NOT_FOR_CHECKS: [&str; 28] = [
+const NOT_FOR_CHECKS: [&str; 29] = [
     "-o m.vtu",
     "--format vtu",
     "--msh-version 2.2",

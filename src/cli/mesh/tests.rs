@@ -1,7 +1,6 @@
 //! A mesh made by hand, through every writer, the readers and the report.
 
 use std::fs;
-use std::path::Path;
 
 use glam::DVec3;
 use septet_meshing::conformity::check;

@@ -192,7 +192,8 @@ pub const fn writer(format: Format) -> Writer {
         Format::Bdf => Writer { mesh: Some(Body::One(bdf::write)), ..NONE },
         Format::Exo => Writer { mesh: Some(Body::One(exo::write)), ..NONE },
         Format::PolyMesh => Writer { mesh: Some(Body::Folder), ..NONE },
-        Format::Poly | Format::Smesh | Format::Vtp | Format::Npz | Format::Las => NONE,
+        Format::Poly | Format::Smesh | Format::GeoJson | Format::Wkt => NONE,
+        Format::Vtp | Format::Npz | Format::Las => NONE,
     }
 }
 
