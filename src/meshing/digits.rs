@@ -67,8 +67,8 @@ mod tests {
             let points: Vec<DVec3> = points.iter().map(|&p| DVec3::from(p)).collect();
             step_of(&points)
         };
-        assert_eq!(step(&[[0.0, 0.123456, 0.5], [1.0, 0.25, -1.732051]]), 1e-6);
-        assert_eq!(step(&[[0.012345678, 1.2345678, 0.0], [1.0, 0.25, -1.732051]]), 1e-7);
+        assert_eq!(step(&[[0.0, 0.123_456, 0.5], [1.0, 0.25, -1.732_051]]), 1e-6);
+        assert_eq!(step(&[[0.012_345_678, 1.234_567_8, 0.0], [1.0, 0.25, -1.732_051]]), 1e-7);
         // The limit applies to coarse numbers.
         assert_eq!(step(&[[0.0; 3], [1.0, 1.0, 1.0]]), COARSEST);
         assert!(step(&[[0.1 + 0.2, 1.0 / 3.0, 0.0], [1.0, 0.0, 0.0]]) < 1e-15);

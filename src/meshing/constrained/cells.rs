@@ -56,7 +56,9 @@ impl Cells {
         let mut faces: Vec<([u32; 3], u32, usize)> = Vec::with_capacity(4 * count);
         for (i, cell) in (0u32..).zip(&made.rows) {
             faces.extend((0..4).map(|slot| (key(face_of(cell, slot)), i, slot)));
-            cell.iter().for_each(|&v| made.at[v as usize] = i);
+            for &v in cell {
+                made.at[v as usize] = i;
+            }
         }
         faces.sort_unstable();
         for pair in faces.windows(2).filter(|w| w[0].0 == w[1].0) {
@@ -298,7 +300,9 @@ impl Cells {
             });
             made.push(cell);
             self.rows[cell as usize] = row;
-            row.iter().for_each(|&v| self.at[v as usize] = cell);
+            for &v in &row {
+                self.at[v as usize] = cell;
+            }
             for slot in 0..4 {
                 let face = key(face_of(&row, slot));
                 match open.remove(&face) {

@@ -95,7 +95,9 @@ impl Patches<'_> {
             let [a, b, c] = t;
             faces[0].push(t);
             faces[1].push([a, c, b]);
-            vertices.iter_mut().for_each(|set| set.extend(t));
+            for set in &mut vertices {
+                set.extend(t);
+            }
         }
         for &cell in &crossed {
             for &v in self.cells.row(cell) {

@@ -87,7 +87,9 @@ impl Layout {
             let walls = groups.edges.get(&edge).map_or(&[][..], Vec::as_slice);
             let around: BTreeSet<u32> = walls.iter().map(|w| patch_of[&groups.of[w]]).collect();
             let part = parts.len() as u32;
-            around.iter().for_each(|&p| patches[p as usize].parts.push(part));
+            for &p in &around {
+                patches[p as usize].parts.push(part);
+            }
             let patches = around.into_iter().collect();
             parts.push(Part { ends: edge.map(|v| number[&v]), carrier, patches });
         }

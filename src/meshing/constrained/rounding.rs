@@ -62,7 +62,9 @@ pub(super) fn settle(
     }
     let mut star: Vec<Vec<u32>> = vec![Vec::new(); at.len()];
     for (i, cell) in (0u32..).zip(cells) {
-        cell.iter().for_each(|&v| star[v as usize].push(i));
+        for &v in cell {
+            star[v as usize].push(i);
+        }
     }
     let largest = at.iter().map(|p| p.abs().max_element()).fold(0.0, f64::max);
     for _ in 0..SWEEPS {

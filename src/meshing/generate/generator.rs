@@ -147,7 +147,9 @@ impl<'a, P: Space, M: MeshMachine<P> + Sync> Generator<'a, P, M> {
     /// Moves candidates to points that can be written.
     fn snapped(&self, mut candidates: Vec<Candidate<P>>) -> Vec<Candidate<P>> {
         let frame = &self.domain.simplices.frame;
-        candidates.iter_mut().for_each(|c| c.0.at = frame.snapped(c.0.at));
+        for c in &mut candidates {
+            c.0.at = frame.snapped(c.0.at);
+        }
         candidates
     }
 

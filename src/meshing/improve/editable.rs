@@ -217,7 +217,9 @@ impl<P: Space> Editable<P> {
         self.sines.push(grade(&self.places(row)).sine);
         self.changed.push(round);
         self.failed.push(0);
-        row.into_iter().for_each(|v| self.stars[v as usize].push(cell));
+        for v in row {
+            self.stars[v as usize].push(cell);
+        }
     }
 
     fn relist(&mut self, change: &Change<P>, named: impl Fn(u32) -> u32 + Copy) {

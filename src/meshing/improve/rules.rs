@@ -48,11 +48,13 @@ impl<'a, P: Space> Rules<'a, P> {
         self.target.ratio.max(worst)
     }
 
-    /// Returns the grade of a new cell, or `None` if the cell is not positive or its radius-edge ratio is too large.
-    pub(super) fn admits(&self, cell: &[P], ratio: f64) -> Option<Grade> {
+    /// Returns the grade of a new cell, or `None` if the cell is not positive or its radius-edge ratio is too large to replace
+    /// cells with this largest ratio.
+    pub(super) fn admits(&self, cell: &[P], worst: f64) -> Option<Grade> {
         let grade = grade(cell);
-        let is_good =
-            grade.sine > 0.0 && radius_edge_ratio(cell) <= ratio && orientation(cell) == Sign::Positive;
+        let is_good = grade.sine > 0.0
+            && radius_edge_ratio(cell) <= self.ratio(worst)
+            && orientation(cell) == Sign::Positive;
         is_good.then_some(grade)
     }
 

@@ -58,7 +58,7 @@ pub(super) fn grade<P: Point>(p: &[P]) -> Grade {
     // The normals of the faces point into the cell. Their lengths are twice the areas.
     let [n1, n2, n3] = [P::hull_normal(&[v, w]), P::hull_normal(&[w, u]), P::hull_normal(&[u, v])];
     let normals = [(n1 + n2 + n3) * -1.0, n1, n2, n3];
-    let areas = normals.map(|n| n.norm2());
+    let areas = normals.map(septet_geometry::point::Vector::norm2);
     let volume = n3.dot(w);
     let [mut least, mut acute] = [f64::INFINITY; 2];
     for (i, j, k, l) in [(0, 1, 2, 3), (0, 2, 1, 3), (0, 3, 1, 2), (1, 2, 0, 3), (1, 3, 0, 2), (2, 3, 0, 1)] {

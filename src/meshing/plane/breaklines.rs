@@ -32,6 +32,9 @@ pub struct Terrain {
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct NoHeight(pub DVec2);
 
+/// An edge of a line, and an edge that it crosses.
+pub type Crossing = ([u32; 2], Crossed);
+
 impl Terrain {
     /// Joins a terrain with break lines.
     ///
@@ -112,7 +115,7 @@ impl Terrain {
     /// # Errors
     /// Returns the edges that cross other ones, with an edge that each crosses. Coordinates out of range are no error,
     /// because they have no triangulation.
-    pub fn constrained(&self, cells: Vec<[u32; 3]>) -> Result<Vec<[u32; 3]>, Vec<([u32; 2], Crossed)>> {
+    pub fn constrained(&self, cells: Vec<[u32; 3]>) -> Result<Vec<[u32; 3]>, Vec<Crossing>> {
         let exponent = scale_exponent(&self.points).unwrap_or(0);
         let points = self.points.iter().map(|&p| scale(p, exponent)).collect();
         let mut made = Constrained::new(points, with_neighbours(cells));

@@ -44,7 +44,9 @@ impl Constrained {
         let Delaunay { cells, neighbours: across } = delaunay;
         let mut at = vec![NONE; points.len()];
         for (number, cell) in (0u32..).zip(&cells) {
-            cell.iter().for_each(|&v| at[v as usize] = number);
+            for &v in cell {
+                at[v as usize] = number;
+            }
         }
         let marks = vec![0; cells.len()];
         Constrained { points, cells, across, marks, at, work: 0, cavity: Cavity::default() }

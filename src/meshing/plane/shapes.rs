@@ -84,7 +84,9 @@ impl Shapes {
         order.sort_unstable_by(|&a, &b| lex_cmp(&point(a), &point(b)).then(a.cmp(&b)));
         let mut first = vec![0; order.len()];
         for group in order.chunk_by(|&a, &b| point(a) == point(b)) {
-            group.iter().for_each(|&v| first[v as usize] = group[0]);
+            for &v in group {
+                first[v as usize] = group[0];
+            }
         }
         first
     }

@@ -18,7 +18,9 @@ fn start(points: &[DVec2]) -> Constrained {
 
 fn built(points: &[DVec2], segments: &[[u32; 2]]) -> Constrained {
     let mut made = start(points);
-    segments.iter().for_each(|&[a, b]| made.constrain(a, b).unwrap());
+    for &[a, b] in segments {
+        made.constrain(a, b).unwrap();
+    }
     made
 }
 

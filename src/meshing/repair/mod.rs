@@ -205,7 +205,9 @@ impl<P: Space> Mending<P> {
         order.sort_by(|&a, &b| lex_cmp(&points[a as usize], &points[b as usize]).then(a.cmp(&b)));
         let mut same: Vec<u32> = (0..points.len() as u32).collect();
         for group in order.chunk_by(|&a, &b| points[a as usize] == points[b as usize]) {
-            group.iter().for_each(|&v| same[v as usize] = group[0]);
+            for &v in group {
+                same[v as usize] = group[0];
+            }
         }
         same
     }

@@ -67,7 +67,9 @@ fn merge<P: Space>(mending: &mut Mending<P>) -> u64 {
     let mut keep = vec![true; mending.input.facets.len()];
     for (f, facet) in mending.input.facets.iter().enumerate() {
         let mut corners: Vec<u32> = facet.polygons.concat();
-        corners.iter_mut().for_each(|v| *v = same.get(*v as usize).copied().unwrap_or(*v));
+        for v in &mut corners {
+            *v = same.get(*v as usize).copied().unwrap_or(*v);
+        }
         corners.sort_unstable();
         let one = *first.entry(corners).or_insert(f);
         let solid = mending.solids[f][0];
@@ -123,7 +125,9 @@ impl Solids {
         let within: Vec<BTreeSet<u32>> = within.into_iter().map(Option::unwrap_or_default).collect();
         let mut volumes = vec![0.0; self.count as usize];
         for (set, component) in within.iter().zip(&*components) {
-            set.iter().for_each(|&s| volumes[s as usize] += component.measure);
+            for &s in set {
+                volumes[s as usize] += component.measure;
+            }
         }
         for (set, component) in within.iter().zip(&mut *components) {
             let least =
