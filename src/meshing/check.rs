@@ -11,7 +11,7 @@
 
 use crate::contact::contacts;
 use crate::defect::{At, Defect, Element, Misplaced};
-use crate::digits::step_of;
+use crate::digits::Digits;
 use crate::domain::{Component, Domain};
 use crate::facet::Triangulate;
 use crate::input::{DomainKind, Input};
@@ -22,13 +22,13 @@ use crate::resolve::{Simplices, resolve};
 use crate::sides::{Location, Sides};
 use crate::space::Space;
 
-/// A domain, and what was done to the input.
+/// A domain, and the changes of the input.
 #[derive(Clone, Debug)]
 #[non_exhaustive]
 pub struct Accepted<P: Space> {
     /// The domain.
     pub domain: Domain<P>,
-    /// What was done, and what strict rules would have refused.
+    /// The changes, and the deviations that strict rules would have refused.
     pub changes: Vec<Change>,
 }
 
@@ -45,7 +45,7 @@ pub fn check<P: Triangulate>(input: &Input<P>) -> Result<Domain<P>, Vec<Defect>>
 }
 
 /// Prepares an input ([`crate::repair`]), checks it, and prepares its domain for meshing. Equal points, and edges and
-/// vertices that are not manifold, are no defects unless the tolerance is strict.
+/// vertices that are not manifold, count as defects only if the tolerance is strict.
 ///
 /// # Errors
 /// Returns all defects that are left, in an order that depends only on the input. The list is not empty.
@@ -137,7 +137,7 @@ fn domain<P: Triangulate>(
     let mut components = components(input, &simplices, &sides)?;
     let regions = solids.map(|solids| solids.classify(&simplices, &sides, &mut components));
     let mut domain = Domain::new(input, simplices, sides, components);
-    let step = domain.simplices.frame.scaled_length(step_of(&input.points));
+    let step = domain.simplices.frame.scaled_length(Digits::of(&input.points).step());
     domain.flats = flats_of(&domain, step);
     if let Some(regions) = regions {
         domain.regions = regions;

@@ -10,7 +10,7 @@
 //! around it. All of these contain the ends of that segment.
 //!
 //! Facets and segments that lie in one plane or on one line up to the digits of the file are joined for the sizes
-//! only ([`Domain::flats`]): they remain separate features, which the mesh contains.
+//! only ([`Domain::flats`]). They remain separate features, which the mesh contains.
 //!
 //! Elements that have no part of the domain on either side are not features. They are listed in [`Domain::left_out`].
 //!

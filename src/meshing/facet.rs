@@ -88,7 +88,7 @@ impl Triangulate for DVec3 {
             corners.iter().copied().filter(|&v| orientation(&[a, b, c, p(v)]) != Sign::Zero).collect();
         for &point in &off {
             let normal = (b - a).cross(c - a).normalize_or_zero();
-            let distance = scale(DVec3::splat(normal.dot(p(point) - a).abs()), -simplices.exponent).x;
+            let distance = scale(DVec3::splat(normal.dot(p(point) - a).abs()), -simplices.frame.exponent).x;
             defects.push(Defect::NotPlanar { facet, point, distance, at: simplices.place(point) });
         }
         off.is_empty().then_some(Outline { loops, plane: Some(plane) })

@@ -47,12 +47,11 @@ pub fn resolve<P: Triangulate>(input: &Input<P>) -> (Option<Simplices<P>>, Vec<D
         Ok(frame) => frame,
         Err(error) => return (None, vec![Defect::Range(error.to_string())]),
     };
-    let exponent = frame.exponent;
     // Adding zero converts -0.0 to 0.0.
     let points: Vec<P> = input.points.iter().map(|&p| frame.inward(p) + P::splat(0.0)).collect();
     let tree = Bvh::new(points.iter().map(|&p| Bounds::of([p])).collect());
     let same = (0..points.len() as u32).collect();
-    let out = Simplices { points, frame, exponent, same, parts: vec![], walls: vec![], owner: vec![] };
+    let out = Simplices { points, frame, same, parts: vec![], walls: vec![], owner: vec![] };
     let mut resolver = Resolver { input, out, tree, defects: Vec::new() };
     resolver.join_duplicates();
     resolver.indices();

@@ -23,8 +23,6 @@ pub struct Simplices<P: Space> {
     pub points: Vec<P>,
     /// The translation and the scaling from the file.
     pub frame: Frame<P>,
-    /// The exponent of the power of two that scales the coordinates to the exact range, as in the frame.
-    pub exponent: i32,
     /// For each point, the first point with the same coordinates.
     pub same: Vec<u32>,
     /// The subsegments, ascending by their ends.

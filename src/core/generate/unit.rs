@@ -18,7 +18,7 @@ pub trait Unit: Triangulate {
     /// Never fails, because the input has no defect.
     fn domain() -> Result<Domain<Self>, Vec<Defect>> {
         let domain = check(&Self::input())?;
-        debug_assert_eq!(domain.simplices.exponent, 0);
+        debug_assert_eq!(domain.simplices.frame.exponent, 0);
         Ok(domain)
     }
 }

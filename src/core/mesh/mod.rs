@@ -100,7 +100,7 @@ fn sizes_on<P: Triangulate>(
 fn diagonal_of<P: Triangulate>(domain: &Domain<P>) -> f64 {
     let live = domain.corners.iter().map(|&v| domain.points()[v as usize]);
     let extent = septet_meshing::bvh::Bounds::of(live).extent();
-    septet_geometry::range::scale(extent, -domain.simplices.exponent).norm2().sqrt()
+    septet_geometry::range::scale(extent, -domain.simplices.frame.exponent).norm2().sqrt()
 }
 
 /// Measures the quality of a mesh of this request. For a constrained triangulation, no radius-edge ratio is promised. Neither is one
@@ -222,23 +222,26 @@ fn build<P: AsItIs>(
         last.work += sequential;
         last.depth += sequential;
     }
-    let mut mesh = made.into_mesh(domain);
-    let owners = known.and_then(|(cells, owners)| view::owned(&cells, &owners, &mesh));
+    let (mut mesh, mut changes) = (made.into_mesh(domain), 0);
     if request.improve && !request.as_it_is {
         let _span = stage_span(request.run.machine.name(), "improve");
         let start = Instant::now();
         let follow = request.remeshes(domain).then(|| follow(request));
-        let target = Target { ratio: request.radius_edge(), follow, ..Target::default() };
+        let fixed = request.keep_surface;
+        let target = Target { ratio: request.radius_edge(), fixed, follow, ..Target::default() };
         let done = improve(domain, &mut mesh, &target, &AllCores);
+        changes = done.changes();
         stages.push(StageLine {
             name: "improve".to_string(),
             candidates: done.bad[0],
-            points: done.changes(),
+            points: changes,
             completion_rounds: u64::from(done.sweeps),
             seconds: start.elapsed().as_secs_f64(),
             ..StageLine::default()
         });
     }
+    // No worker owned the cells of a changed mesh.
+    let owners = known.filter(|_| changes == 0).and_then(|(cells, owners)| view::owned(&cells, &owners, &mesh));
     Ok(Built { mesh, stages, run_log, owners })
 }
 

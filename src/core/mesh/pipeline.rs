@@ -179,7 +179,7 @@ pub fn check<P: Dimension>(input: &Input<P>) -> Result<Domain<P>, Vec<Defect>> {
     P::check(input)
 }
 
-/// Prepares an input within the tolerance of the request, checks it, and returns its domain and what was done.
+/// Prepares an input within the tolerance of the request, checks it, and returns its domain and the changes.
 ///
 /// # Errors
 /// Returns the defects of the input.

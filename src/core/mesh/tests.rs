@@ -9,7 +9,7 @@ use crate::generate::unit::Unit;
 use crate::spec::Workers;
 
 fn request(workers: u32, size: f64, by_recursion: bool) -> MeshSpec {
-    let mut request = MeshSpec { by_recursion, conforming: true, ..MeshSpec::default() };
+    let mut request = MeshSpec { by_recursion, conforming: true, improve: false, ..MeshSpec::default() };
     request.sizes = Sizes { most: Some(size), ..Sizes::default() };
     request.run.machine.workers = Workers::Count(workers);
     request

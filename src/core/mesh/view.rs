@@ -61,7 +61,7 @@ impl MeshPicture {
         size: &SizeFunction<P>,
         owner: Option<Vec<u32>>,
     ) -> Self {
-        let exponent = domain.simplices.exponent;
+        let exponent = domain.simplices.frame.exponent;
         let [low, high] = corners(&mesh.points);
         let extent = (0..P::DIM).map(|i| high.coord(i) - low.coord(i)).fold(0.0, f64::max);
         let digits = Digits::of(extent, 7);

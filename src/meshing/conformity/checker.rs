@@ -54,7 +54,7 @@ impl<P: Space> Checker<'_, P> {
     /// Converts a measure of dimension `d` to the unit of the file.
     pub(super) fn unscaled(&self, mut x: f64, d: usize) -> f64 {
         for _ in 0..d {
-            x = scale(P::splat(x), -self.domain.simplices.exponent).coord(0);
+            x = scale(P::splat(x), -self.domain.simplices.frame.exponent).coord(0);
         }
         x
     }

@@ -42,7 +42,7 @@ pub(super) struct Patch {
     pub(super) parts: Vec<u32>,
 }
 
-/// The elements of a domain that a mesh keeps. Vertices are numbered anew, corners first.
+/// The elements of a domain that a mesh keeps. Vertices have new numbers, corners first.
 #[derive(Clone, Debug)]
 pub(super) struct Layout {
     pub(super) points: Vec<DVec3>,

@@ -11,9 +11,9 @@
 //! 5. [`rounding`]: points become doubles, and no cell becomes flat or inverted.
 //!
 //! *Why it exists.* Without exchanges, all edges of the input consist of edges of the perturbed Delaunay triangulation
-//! after step 2. Then the constrained triangulation exists without further points (Shewchuk 2008). Steps 1 to 4 use exact signs of exact
-//! points ([`points`]), so no case is degenerate except for ties, which the perturbation of the geometry crate breaks.
-//! Only step 5 can fail, and then names the features of its cells.
+//! after step 2. Then the constrained triangulation exists without further points (Shewchuk 2008). Steps 1 to 4 use
+//! exact signs of exact points ([`points`]), so no case is degenerate except for ties, which the perturbation of the
+//! geometry crate breaks. Only step 5 can fail, and then names the features of its cells.
 //!
 //! *Why points are exact until the end.* A mesh may have doubles near a facet: to lie on it is a property of carriers,
 //! and [`crate::conformity`] admits a small distance. But the proof of step 3 needs facets that are planar and edges
@@ -23,8 +23,9 @@
 //! **Source.** Si (2015), Diazzi, Panozzo, Vaxman and Attene (2023), Shewchuk (2008).
 //!
 //! **Departures.** The first attempt exchanges cells, so that few points are added. Its cells are Delaunay except near
-//! nearly cospherical points, and the theorem does not apply. If it fails, the second attempt has no exchanges. If a patch cannot be recovered although the theorem says that it can, its longest subsegment is halved,
-//! and all patches are recovered anew.
+//! nearly cospherical points, and the theorem does not apply. If it fails, the second attempt has no exchanges. If a
+//! patch cannot be recovered although the theorem says that it can, its longest subsegment is halved, and all patches are
+//! recovered again.
 //!
 //! **Work and depth.** One triangulation by the machine; the rest is sequential.
 
@@ -64,7 +65,7 @@ use segments::Subsegments;
 /// The number of corners of the box.
 const BOX: usize = 8;
 
-/// The number of times that all patches are recovered anew.
+/// The number of times that all patches are recovered again.
 const ATTEMPTS: u32 = 64;
 
 /// The largest number of points for each vertex and edge of the input.

@@ -6,8 +6,8 @@
 //! perturbation as well, because the cofactor of A is zero. The result is the unique constrained triangulation under this
 //! perturbation. The cells around the patch in a constrained triangulation have these faces (Shewchuk 2008).
 //!
-//! An exchange is always possible: on an edge whose two triangles do not form a strictly convex polygon, the test is
-//! negative, because the line through three of its points meets their circle only twice.
+//! An exchange is always possible. On an edge whose two triangles do not form a strictly convex polygon, the test is
+//! negative: the line through three of its points meets their circle only twice.
 //!
 //! **Work and depth.** O(k^2) exchanges of k triangles in the worst case.
 

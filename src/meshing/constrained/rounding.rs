@@ -1,10 +1,10 @@
 //! From exact points to doubles, without flat or inverted cells.
 //!
-//! **Statement.** The points on parts are rounded. Where a cell is then not positive (exact sign), one of its points on
-//! parts moves: along its part, by at most half the way to its neighbours there, and by some units in the last place in
-//! a direction of the grid. It stays within half the distance from its carrier that [`crate::conformity`] admits. A move
-//! is accepted if all cells at the point are positive afterwards, or if fewer of them are not positive. Sweeps end when
-//! no point moves.
+//! **Statement.** The points on parts are rounded. If a cell is then not positive (exact sign), one of its points on
+//! parts moves. It moves along its part by at most half the way to its neighbours there, and by some units in the last
+//! place in a direction of the grid. It stays within half the distance from its carrier that [`crate::conformity`]
+//! admits. A move is accepted if all cells at the point are positive afterwards, or if fewer of them are not positive.
+//! Sweeps end when no point moves.
 //!
 //! **Work and depth.** O(k) moves for each of the cells that are not positive, and the cells at its points.
 

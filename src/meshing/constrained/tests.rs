@@ -120,3 +120,54 @@ fn the_plane_is_not_supported() {
     let failure = constrain(&domain, rules, &mut Alone { seed: 1 }).unwrap_err();
     assert!(matches!(failure, GenerationError::Unsupported(_)));
 }
+
+/// Returns the constrained triangulation of a box with a triangle, whose corners are the first of some points, and the
+/// other points. Also returns the number of triangles that cells crossed.
+fn with_triangle(inner: impl IntoIterator<Item = DVec3>) -> (Mesh<DVec3>, u64) {
+    let mut points = corners(DVec3::splat(-4.0), DVec3::splat(4.0));
+    points.extend(inner);
+    let mut faces: Vec<&[u32]> = CUBE.iter().map(<[u32; 4]>::as_slice).collect();
+    faces.push(&[8, 9, 10]);
+    let domain = domain(&complex(points, &faces));
+    let rules = Rules { size: &|_| 1.0, lipschitz: 0.5, seed: 1, most: 1 << 20 };
+    let made = constrain(&domain, rules, &mut Alone { seed: 1 }).map_err(|e| format!("{e:?}")).unwrap();
+    let missing = made.stages.iter().find(|s| s.name == "recovery").map_or(0, |s| s.candidates);
+    let mesh = made.into_mesh(&domain);
+    let found = conformity::check(&domain, &mesh);
+    assert!(found.is_clean(), "{:?}", &found.defects[..found.defects.len().min(5)]);
+    (mesh, missing)
+}
+
+/// Returns a triangle in the plane z = 0.
+fn triangle(radius: f64) -> impl Iterator<Item = DVec3> {
+    let at = move |i: u32| DVec3::from((glam::DVec2::from_angle(f64::from(i) * 2.1) * radius).extend(0.0));
+    (0..3).map(at)
+}
+
+/// The edge between two points near the middle of a triangle passes through it.
+#[test]
+fn a_triangle_that_an_edge_crosses_is_recovered() {
+    let tips = [DVec3::new(0.0, 0.0, 0.2), DVec3::new(0.1, 0.0, -0.2)];
+    let (mesh, missing) = with_triangle(triangle(1.0).chain(tips));
+    assert_eq!((mesh.points.len(), missing), (13, 1));
+}
+
+/// Many edges between scattered points pass through a triangle, so gift wrapping fills large cavities.
+#[test]
+fn large_cavities_are_filled() {
+    let mut crossed = 0;
+    for seed in 1..12u32 {
+        let fraction = |i: u32, a: f64| (f64::from(i + 41 * seed) * a).fract() * 2.0 - 1.0;
+        let at = |i: u32| {
+            DVec3::new(
+                fraction(i, 0.819_172_513_4),
+                fraction(i, 0.671_043_606_7),
+                fraction(i, 0.549_700_477_9),
+            )
+        };
+        let scattered = (0..40).map(|i| at(i) * DVec3::new(3.0, 3.0, 0.7));
+        let (_, missing) = with_triangle(triangle(3.5).chain(scattered));
+        crossed += missing;
+    }
+    assert!(crossed > 50, "{crossed}");
+}

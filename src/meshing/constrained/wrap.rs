@@ -3,13 +3,13 @@
 //! **Statement.** The front consists of directed faces that need a cell on their positive side. A face receives the
 //! vertex on its positive side whose perturbed sphere through the face contains no other vertex that fits. Faces of the
 //! new cell leave the front, or enter it in the opposite direction. *If the front becomes empty, the cells tile the
-//! cavity:* all are positive, and the sum of their boundaries is the boundary of the cavity, so they cover it with
+//! cavity:* all are positive, and the sum of their boundaries is the boundary of the cavity. So they cover it with
 //! degree one.
 //!
 //! A cell *fits* if none of its new edges crosses a face of the boundary, and no edge of the boundary crosses one of
 //! its new faces. In a constrained triangulation, the cell at a face has the first vertex that fits: a vertex in its
-//! sphere that fits would be visible from inside the cell. Most cavities need no test of fits, so the first attempt has
-//! none.
+//! sphere that fits would be visible from inside the cell. Most cavities do not need this test, so the first attempt
+//! omits it.
 //!
 //! **Source.** Si and Gaertner (2005); Diazzi, Panozzo, Vaxman and Attene (2023).
 //!

@@ -11,7 +11,7 @@ use crate::space::Space;
 impl<P: Space> GeneratedMesh<P> {
     /// Returns the mesh: the cells inside the domain, their faces on facets, and their edges on segments.
     pub fn into_mesh(self, domain: &Domain<P>) -> Mesh<P> {
-        let back = -domain.simplices.exponent;
+        let back = -domain.simplices.frame.exponent;
         let mut rows: Vec<(P::Cell, u32)> = Vec::new();
         for (i, cell) in (0u32..).zip(&self.delaunay.cells).filter(|(i, _)| self.labels.is_inside(*i)) {
             rows.push((canonical::<P>(*cell), i));

@@ -5,7 +5,7 @@
 //! one with b. Dynamic programming finds the triangulation with the best worst cell among those whose cells are all
 //! positive (exact sign). Rings of three and four cells are the flips 3-2 and 4-4.
 //! - *In a facet.* If two faces abc and abd of one facet meet at the edge and no segment contains it, the faces become
-//!   cda and cdb (a 2-2 flip), together with the fan on each side. The diagonals must cross in the facet (exact).
+//!   cda and cdb (a 2-2 flip). The fan on each side changes with them. The diagonals must cross in the facet (exact).
 //! - *At a remeshed boundary.* The two faces may lie on any facets. The mesh loses the cell abcd, which must be
 //!   positive, so the new cells lie inside the old ones. If the fan is one cell, it is peeled. The edge cd must be no
 //!   edge of the boundary before, so each edge keeps two faces and each vertex one fan. No face turns by more than 60

@@ -8,7 +8,7 @@
 //!
 //! In the plane, vertices move, and nothing else happens.
 //! - *The least angle never decreases.* A change is applied only if the least sine of its new cells is above that of
-//!   the old ones, and their least angle is not below the smaller of the target and the old least angle.
+//!   the old ones. Their least angle must not be below the smaller of the target and the old least angle.
 //! - *The mesh still conforms.* New cells are positive (exact sign), and they cover the old ones, except for cells that
 //!   are peeled. The proof for each kind of change is in its file. [`crate::conformity`] checks the result.
 //! - *It ends.* Each change raises the least sine of the cells that it replaces. The numbers of rounds and of searches

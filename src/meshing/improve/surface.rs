@@ -59,7 +59,7 @@ impl<P: Space> Surface<P> {
             walls,
             facets,
             vertices,
-            distance: distance.map(|d| scale(P::splat(d), domain.simplices.exponent).coord(0)),
+            distance: distance.map(|d| scale(P::splat(d), domain.simplices.frame.exponent).coord(0)),
             flat: 0.25 * OFF * largest,
         }
     }

@@ -1,9 +1,9 @@
 //! Terrains with break lines: points with heights, and edges that a triangulation in the plane must keep.
 //!
-//! **Statement.** Points of break lines that coincide with points of the terrain in x and y are these points, whose heights
-//! count. Other points are added after them, each once. The height of an added point is the first one that the lines
-//! state for it. If they state none, it is interpolated linearly in the Delaunay triangle of the terrain's points that
-//! contains it.
+//! **Statement.** Points of break lines that coincide with points of the terrain in x and y are these points, whose
+//! heights count. Other points are added after them, each once. The height of an added point is the first one that the
+//! lines state for it. If they state none, it is interpolated linearly in the Delaunay triangle of the terrain's points
+//! that contains it.
 
 use glam::DVec2;
 use septet_geometry::incremental::Incremental;
@@ -109,12 +109,12 @@ impl Terrain {
         Ok(())
     }
 
-    /// Inserts the break lines into the Delaunay triangulation of the points. Returns the cells in canonical order: smallest
-    /// vertex first, sorted.
+    /// Inserts the break lines into the Delaunay triangulation of the points. Returns the cells in canonical order:
+    /// smallest vertex first, sorted.
     ///
     /// # Errors
-    /// Returns the edges that cross other ones, with an edge that each crosses. Coordinates out of range are no error,
-    /// because they have no triangulation.
+    /// Returns the edges that cross other ones, with an edge that each crosses. Coordinates out of range do not cause an
+    /// error, because they have no triangulation.
     pub fn constrained(&self, cells: Vec<[u32; 3]>) -> Result<Vec<[u32; 3]>, Vec<Crossing>> {
         let exponent = scale_exponent(&self.points).unwrap_or(0);
         let points = self.points.iter().map(|&p| scale(p, exponent)).collect();

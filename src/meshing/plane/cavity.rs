@@ -5,7 +5,7 @@ use septet_geometry::predicates::Sign;
 use super::constrained::{Constrained, Crossed, NONE, TAKEN};
 use super::star::{next, previous};
 
-/// What lies beyond an edge of a chain.
+/// The neighbour beyond an edge of a chain.
 #[derive(Clone, Copy, Debug)]
 struct Beyond {
     /// The cell of the chain before the segment was inserted, and the corner opposite the edge.
@@ -187,7 +187,7 @@ fn fill_chain(
     top
 }
 
-/// Joins a corner of a new cell with what lies beyond an edge of the chain.
+/// Joins a corner of a new cell with the neighbour beyond an edge of the chain.
 fn attach(
     of: &mut Constrained,
     edges: &[Beyond],

@@ -2,7 +2,7 @@
 //!
 //! **Statement.** A cell other than the one that contains the point is in conflict with it only if the point lies beyond
 //! exactly one of its edges. So a search from the first cell that does not cross constraints reaches exactly the cells
-//! in conflict that see the point, and each edge of the region that they form sees the point from inside.
+//! in conflict that see the point. Each edge of the region that they form sees the point from inside.
 //!
 //! *Proof.* If the point lies beyond two edges of a cell, or beyond one and on the line of another, it lies opposite a
 //! corner and therefore not inside the circle. So the search enters a cell through its only edge towards the point, and

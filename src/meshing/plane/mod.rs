@@ -1,11 +1,11 @@
 //! Constrained Delaunay triangulations in the plane.
 //!
 //! **Statement.** Let V be a set of points and S a set of segments between them that meet only at points of V. An edge
-//! of a triangulation that contains S is *legal* if it belongs to S, lies on the hull, or if neither of the two
-//! opposite vertices lies in the perturbed circle ([`septet_geometry::predicates`]) of the triangle on the other side.
-//! *There is exactly one triangulation of the hull of V that contains S and has only legal edges.* [`Constrained`]
-//! computes it from the Delaunay triangulation of V, whatever the order of the segments is. So the result depends
-//! neither on the order nor on the number of workers, also if points are cocircular.
+//! of a triangulation that contains S is *legal* if it belongs to S or lies on the hull. It is also legal if
+//! neither of the two opposite vertices lies in the perturbed circle ([`septet_geometry::predicates`]) of the triangle
+//! on the other side. *There is exactly one triangulation of the hull of V that contains S and has only legal edges.*
+//! [`Constrained`] computes it from the Delaunay triangulation of V, whatever the order of the segments is. So the
+//! result depends neither on the order nor on the number of workers, also if points are cocircular.
 //!
 //! *Proof.*
 //! 1. *At most one.* The perturbation raises the lifted points to heights in general position. A triangulation with

@@ -4,24 +4,24 @@
 //! 1. A subsegment is *encroached* if the opposite corner of a cell beside it sees it at more than `180 - 2 t` degrees,
 //!    where t is the least angle requested. Encroached subsegments are divided first, at the middle, or at a power
 //!    of two from a corner at which another segment begins in a cell beside it.
-//! 2. Then the cell with the least angle below t, or with a circumradius above the size there, receives its circumcentre, or
-//!    the point on the bisector of its shortest edge that sees this edge at little more than t (off-centre), if that is
-//!    nearer. A point that encroaches a subsegment, or that lies behind one, is not inserted. The subsegment is divided
-//!    instead.
+//! 2. Then the cell with the least angle below t, or with a circumradius above the size there, receives its
+//!    circumcentre. The point on the bisector of its shortest edge that sees this edge at little more than t
+//!    (off-centre) replaces it if it is nearer. A point that encroaches a subsegment, or that lies behind one, is not
+//!    inserted. The subsegment is divided instead.
 //!
-//! A cell is left as it is if its least angle lies between two segments at a corner, or if its shortest edge joins two
-//! segments with a common corner at equal distances from this corner, because then no point improves it. If refinement
-//! ends, all other cells have angles of at least t and circumradii of at most the size.
+//! A cell is left as it is if its least angle lies between two segments at a corner. This also applies if its shortest
+//! edge joins two segments with a common corner at equal distances from this corner. Then no point improves it. If
+//! refinement ends, all other cells have angles of at least t and circumradii of at most the size.
 //!
-//! *Proof.* A triangulation is constrained Delaunay after each insertion (see [`super`]; a point replaces exactly the cells
-//! that see it and whose circles contain it). The queues hold every encroached subsegment and every bad cell: both change
-//! only with the cells around the new point, which are tested again. For angles of at least 60 degrees between segments
-//! and t at most 20.7 degrees, refinement ends (Ruppert 1995; Chew 1993; Shewchuk 2002 for lenses). For smaller angles, the
-//! divisions at powers of two and the cells left alone end it (Ruppert; Miller, Pav and Walkington 2003). A limit on the
-//! number of points ends every other case.
+//! *Proof.* A triangulation is constrained Delaunay after each insertion (see [`super`]; a point replaces exactly the
+//! cells that see it and whose circles contain it). The queues hold every encroached subsegment and every bad cell:
+//! both change only with the cells around the new point, which are tested again. For angles of at least 60 degrees
+//! between segments and t at most 20.7 degrees, refinement ends (Ruppert 1995; Chew 1993; Shewchuk 2002 for lenses).
+//! For smaller angles, the divisions at powers of two and the cells left alone end it (Ruppert; Miller, Pav and
+//! Walkington 2003). A limit on the number of points ends every other case.
 //!
-//! **Source.** Ruppert (1995); Chew (1993); Ungor (2004), *Off-centers*; Shewchuk, *Triangle* (2002). **Departure.** Points that
-//! encroach a divided subsegment are not removed.
+//! **Source.** Ruppert (1995); Chew (1993); Ungor (2004), *Off-centers*; Shewchuk, *Triangle* (2002). **Departure.**
+//! Points that encroach a divided subsegment are not removed.
 //!
 //! **Work and depth.** Sequential. `O(n log n)` plus the cells that each point replaces.
 
@@ -255,7 +255,8 @@ impl<'a> Refiner<'a> {
         }
     }
 
-    /// Returns the share of a subsegment at which it is divided if other segments begin at its ends in the cells beside it.
+    /// Returns the share of a subsegment at which it is divided if other segments begin at its ends in the cells beside
+    /// it.
     fn share(&self, cell: u32, corner: usize) -> Option<f64> {
         let corners = self.made.cells[cell as usize];
         let ends = [next(corner), previous(corner)].map(|i| corners[i]);
@@ -338,7 +339,8 @@ impl<'a> Refiner<'a> {
         }
     }
 
-    /// Walks from a cell to the one that contains a point. Returns the subsegment behind which the point lies as an error.
+    /// Walks from a cell to the one that contains a point. Returns the subsegment behind which the point lies as an
+    /// error.
     fn locate(&mut self, mut cell: u32, at: DVec2) -> Result<u32, Option<[u32; 2]>> {
         for _ in 0..self.made.cells.len() {
             let corners = self.made.cells[cell as usize];
@@ -363,8 +365,8 @@ impl<'a> Refiner<'a> {
         Err(None)
     }
 
-    /// Inserts a point into the cells in conflict with it. If it divides a subsegment, its ends are given. Returns whether the
-    /// point was inserted.
+    /// Inserts a point into the cells in conflict with it. If it divides a subsegment, its ends are given. Returns
+    /// whether the point was inserted.
     fn insert(
         &mut self,
         at: DVec2,

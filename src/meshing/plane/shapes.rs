@@ -6,9 +6,9 @@
 //! to the region of the first feature that does. Every other bounded component is a hole. Without polygons, every
 //! bounded component is part of the domain.
 //!
-//! *Proof.* A constraint has a list of the polygons that have it an odd number of times. A path from the outside to a cell
-//! changes the coverage at exactly the constraints that it crosses, so the coverage is constant in a component, and
-//! one path to each component finds it.
+//! *Proof.* A constraint has a list of the polygons that have it an odd number of times. A path from the outside to a
+//! cell changes the coverage at exactly the constraints that it crosses, so the coverage is constant in a component.
+//! One path to each component finds it.
 //!
 //! Segments that cross are left to [`crate::check`], which refuses them.
 //!
@@ -91,7 +91,7 @@ impl Shapes {
         first
     }
 
-    /// Returns the domain that the shapes describe. The second value tells whether features overlap.
+    /// Returns the domain that the shapes describe. The second value is `true` if features overlap.
     pub fn domain(&self) -> (Input<DVec2>, bool) {
         let first = self.first_of();
         let mut vertex = vec![u32::MAX; first.len()];

@@ -145,8 +145,8 @@ pub const SLIVER_RATIO: f64 = 2.0;
 /// The measured quality of a mesh.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Quality<P> {
-    /// The shapes of the cells. They are also fields of the quality. Ratios are upper bounds. The smallest and the largest measure
-    /// are in the unit of the file, and their sum is in scaled coordinates.
+    /// The shapes of the cells. They are also fields of the quality. Ratios are upper bounds. The smallest and the
+    /// largest measure are in the unit of the file, and their sum is in scaled coordinates.
     pub shapes: Shapes,
     /// The cells by location: free, near, above large subfacets, outside.
     pub places: [RadiusEdge<P>; 4],
@@ -188,7 +188,7 @@ pub fn quality_on<P: Space>(
     measure: &Measure<'_, P>,
     executor: &impl Executor,
 ) -> Quality<P> {
-    let exponent = domain.simplices.exponent;
+    let exponent = domain.simplices.frame.exponent;
     let length = |x: f64| scale(P::splat(x), exponent).coord(0);
     let mut assessor = Assessor {
         mesh,

@@ -1,4 +1,4 @@
-//! What was done to an input before its exact check.
+//! The changes of an input before its exact check.
 
 use std::fmt;
 
@@ -50,7 +50,7 @@ pub enum Change {
         /// The limit.
         limit: f64,
     },
-    /// Edges of a surface with four or more facets, or vertices with several fans. Parity decides what is inside.
+    /// Edges of a surface with four or more facets, or vertices with several fans. Parity decides which parts are inside.
     NotManifold {
         /// The number of edges.
         edges: u64,

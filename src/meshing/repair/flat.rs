@@ -5,9 +5,9 @@
 //! an axis ([`Planar`]). The triangles cover the facet, meet in common edges, and have its polygons as boundary, because
 //! their projections do. So neighbours still share their edges, and all later decisions are exact.
 //!
-//! The distance of a facet from planar is the largest distance of a corner from the plane through the mean of the corners,
-//! normal to the vector of areas of the longest polygon (Newell). Rounded distances decide which facets are accepted,
-//! and a note has the largest one.
+//! The distance of a facet from planar is the largest distance of a corner from a plane through the mean of the
+//! corners. The normal of the plane is the vector of areas of the longest polygon (Newell). Rounded distances decide
+//! which facets are accepted, and a note has the largest one.
 //!
 //! **Work and depth.** As [`crate::planar`], for the facets that are not exactly planar.
 

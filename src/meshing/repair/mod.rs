@@ -12,17 +12,16 @@
 //! | edges are divided at the points on them | on request | `junctions` |
 //! | small holes are closed | on request | `holes` |
 //! | solids become regions or markers | always | `solids` |
-//! | facets that are planar within the digits become triangles | always | `flat`, `digits` |
+//! | facets that are planar within the digits become triangles | always | `flat` |
 //!
 //! The exact check ([`crate::check()`]) judges the result. It knows no tolerance, and no step can make it accept an input
-//! whose elements intersect. It identifies points with equal coordinates, and what an odd number of facets separates
-//! from the outside is inside, so that equal points, and edges with four facets, are no defects.
+//! whose elements intersect. It identifies points with equal coordinates. Parts that an odd number of facets separates
+//! from the outside are inside. So it accepts equal points, and edges with four facets.
 //!
 //! **Work and depth.** `O(m log m)`, sequential.
 
 mod change;
 mod degenerate;
-mod digits;
 mod double;
 mod flat;
 mod holes;
@@ -35,12 +34,12 @@ use septet_geometry::point::lex_cmp;
 use septet_geometry::range::{scale, scale_exponent};
 
 use crate::defect::{At, Defect, Element};
+use crate::digits::Digits;
 use crate::facet::Triangulate;
 use crate::input::{DomainKind, Input, InputFacet};
 use crate::space::{Space, ascending};
 
 pub use change::{Change, ChangeInFile, Dropped};
-pub use digits::rounding;
 pub use holes::{MOST_AREA, MOST_EDGES};
 pub use solids::Solids;
 
@@ -75,7 +74,7 @@ pub struct Prepared<P> {
     pub origin: Vec<u32>,
     /// The solids of the facets, if each solid is a region.
     pub solids: Option<Solids>,
-    /// What was done.
+    /// The changes.
     pub changes: Vec<Change>,
 }
 
@@ -126,7 +125,7 @@ impl Repair for DVec2 {
 impl Repair for DVec3 {
     fn facets(mending: &mut Mending<Self>, tolerance: &Tolerance, exponent: i32) {
         let scaled: Vec<DVec3> = mending.input.points.iter().map(|&p| scale(p, exponent)).collect();
-        let limit = digits::rounding(&mending.input.points);
+        let limit = Digits::of(&mending.input.points).rounding();
         if tolerance.repair {
             double::double(mending);
             if mending.input.kind == DomainKind::Surface {
@@ -147,7 +146,7 @@ pub fn prepare<P: Repair>(input: &Input<P>, tolerance: &Tolerance) -> Prepared<P
     let count = input.points.len();
     let named = input.facets.iter().flat_map(|f| f.polygons.iter().flatten().copied());
     let has_points = named.chain(input.segments.iter().flat_map(|s| s.ends)).all(|v| (v as usize) < count);
-    // The check reports what is out of range.
+    // The check reports coordinates out of range.
     if let (Ok(exponent), true) = (scale_exponent(&all.concat()), has_points) {
         if let Some(distance) = tolerance.weld {
             weld::weld(&mut mending, distance);

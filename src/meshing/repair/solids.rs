@@ -1,10 +1,10 @@
 //! Several solids as one domain.
 //!
 //! **Statement.** A solid is closed if every edge has an even number of its facets. Then the number of its facets that a
-//! path in general position crosses has a parity that depends only on the ends, and a point is in the solid if the
-//! parity from the outside is odd. If all solids are closed, the domain is their union, and the region of a component is
-//! the solid with the least volume that contains it: an inclusion is cut out of what surrounds it. Facets that two solids
-//! share separate them and count once, for both.
+//! path in general position crosses has a parity that depends only on the ends. A point is in the solid if the
+//! parity from the outside is odd. If all solids are closed, the domain is their union. The region of a component is
+//! the solid with the least volume that contains it: an inclusion is cut out of the solid around it. Facets that two
+//! solids share separate them and count once, for both.
 //!
 //! If a solid is not closed, the solids are parts of one surface (inlet, wall), and their numbers are markers.
 //!
@@ -139,7 +139,7 @@ impl Solids {
             let owned = |f: &u32| self.at(*f).contains(&solid);
             let wall = simplices.owner.iter().position(owned).unwrap_or(0);
             let corner = simplices.walls.get(wall).map_or(0, |w| w.as_ref()[0]);
-            septet_geometry::range::scale(simplices.points[corner as usize], -simplices.exponent)
+            septet_geometry::range::scale(simplices.points[corner as usize], -simplices.frame.exponent)
         };
         let region = |s: u32| Region { at: place(s), attribute: f64::from(s + 1), limit: None };
         (0..self.count).map(region).collect()

@@ -39,7 +39,7 @@ impl<P: Space> Regions<P> {
     pub fn new(slope: f64, domain: &Domain<P>) -> Option<Self> {
         let limited = domain.components.iter().enumerate().filter_map(|(c, component)| {
             let limit = domain.regions[component.region? as usize].limit?;
-            Some((c as u32, scale(P::splat(side(P::DIM, limit)), domain.simplices.exponent).coord(0)))
+            Some((c as u32, scale(P::splat(side(P::DIM, limit)), domain.simplices.frame.exponent).coord(0)))
         });
         let limits: Vec<_> = limited.map(|(c, size)| walls_of(domain, c, size)).collect();
         let (points, sides) = (domain.points().to_vec(), domain.sides.clone());

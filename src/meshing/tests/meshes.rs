@@ -81,7 +81,7 @@ fn mean<P: Point>(points: &[P], of: &[u32]) -> P {
 /// Returns the mesh of the cells whose means lie in the domain. The size is 1 everywhere. The domain must not be
 /// scaled.
 pub fn mesh_of<P: Space>(domain: &Domain<P>, points: &[P], cells: Vec<P::Cell>) -> Mesh<P> {
-    assert_eq!(domain.simplices.exponent, 0);
+    assert_eq!(domain.simplices.frame.exponent, 0);
     let component = |cell: &P::Cell| match domain.sides.locate(domain.points(), mean(points, cell.as_ref())) {
         Some(Location::Component(c)) => c,
         other => panic!("{other:?}"),

@@ -15,7 +15,7 @@ fn repair() -> Tolerance {
 
 fn accepted<P: Repair>(input: &Input<P>, tolerance: &Tolerance) -> (f64, Vec<Change>) {
     let made = accept(input, tolerance).unwrap_or_else(|defects| panic!("{defects:#?}"));
-    (made.domain.measure() / 2f64.powi(P::DIM as i32 * made.domain.simplices.exponent), made.changes)
+    (made.domain.measure() / 2f64.powi(P::DIM as i32 * made.domain.simplices.frame.exponent), made.changes)
 }
 
 fn refused(input: &Input<DVec3>, tolerance: &Tolerance) -> Vec<Defect> {
@@ -118,7 +118,7 @@ fn edges_of_four_facets_are_accepted_and_those_of_three_are_not() {
     let (volume, changes) = accepted(&corner, &Tolerance::default());
     assert_eq!(volume, 128.0);
     assert!(matches!(changes[..], [_, Change::NotManifold { edges: 0, vertices: 1, .. }]), "{changes:?}");
-    // A face: it stands twice, and neither is needed.
+    // A face: it is listed twice, and neither is needed.
     let face = join(&cube_surface(), &cube_surface(), DVec3::new(4.0, 0.0, 0.0), 1.0);
     assert!(refused(&face, &Tolerance::default()).iter().any(|d| d.kind() == "overlap"));
 }

@@ -202,7 +202,7 @@ pub fn unscaled_measure<P: Triangulate>(domain: &Domain<P>) -> f64 {
     // Scaling once per dimension keeps the factor, a power of two, in range.
     let mut measure = P::splat(domain.measure());
     for _ in 0..P::DIM {
-        measure = septet_geometry::range::scale(measure, -domain.simplices.exponent);
+        measure = septet_geometry::range::scale(measure, -domain.simplices.frame.exponent);
     }
     measure.coord(0)
 }

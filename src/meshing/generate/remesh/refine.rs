@@ -62,7 +62,7 @@ impl<'a, P: Space, M: MeshMachine<P> + Sync> Refinement<'a, P, M> {
             (0u32..).zip(&ridge.segments).for_each(|(i, &s)| ridge_of[s as usize] = Some((r, i)));
         }
         let surface = Surface::new(generator.domain);
-        let scaled = |d| scale(P::splat(d), generator.domain.simplices.exponent).coord(0);
+        let scaled = |d| scale(P::splat(d), generator.domain.simplices.frame.exponent).coord(0);
         let distance = options.distance.map(scaled);
         let (chords, chord_tree, at_corners) = (Vec::new(), Bvh::new(Vec::new()), Vec::new());
         let (thinnest, euler) = (THIN, euler(generator.domain.triangles()));

@@ -152,7 +152,7 @@ fn is_sound(found: &Remeshed, number: i64, limit: f64, area: f64) {
     assert!(found.worst <= 1.0, "{}", found.worst);
     let Deviation { of_boundary, of_surface, .. } = found.deviation;
     assert!(of_boundary <= limit && of_surface <= limit, "{:?}", found.deviation);
-    let scale = 0.5f64.powi(3 * found.domain.simplices.exponent);
+    let scale = 0.5f64.powi(3 * found.domain.simplices.frame.exponent);
     let gap = (volume(&found.mesh) - found.domain.measure() * scale).abs();
     assert!(gap <= 1.1 * area * of_boundary.max(of_surface), "{gap}");
 }
@@ -259,7 +259,13 @@ fn improved_within_its_boundary() {
     let conformity = check_remeshed(&found.domain, &mesh, &follow);
     assert!(conformity.is_clean(), "{conformity:?}");
     assert_eq!(conformity.deviation, Some(found.deviation));
-    assert_eq!(mesh.faces, found.mesh.faces);
+    // The numbers of cells change.
+    let faces = |mesh: &Mesh<DVec3>| -> Vec<([DVec3; 3], u32, i64)> {
+        let of =
+            |f: &crate::mesh::Face<DVec3>| (f.vertices.map(|v| mesh.points[v as usize]), f.facet, f.marker);
+        mesh.faces.iter().map(of).collect()
+    };
+    assert_eq!(faces(&mesh), faces(&found.mesh));
     let least = |mesh: &Mesh<DVec3>| {
         let of = |c: &[u32; 4]| least_sine(&c.map(|v| mesh.points[v as usize]));
         mesh.cells.iter().map(of).fold(1.0, f64::min)
@@ -307,7 +313,7 @@ fn round_ridges() {
     let features = SurfaceFeatures::new(&domain, ANGLE);
     assert!(features.ridges.len() >= 12 && features.ridges.len() <= 14, "{}", features.ridges.len());
     let length: f64 = features.ridges.iter().map(super::features::Ridge::length).sum();
-    let scale = 0.5f64.powi(domain.simplices.exponent);
+    let scale = 0.5f64.powi(domain.simplices.frame.exponent);
     assert!((length * scale - 4.0 * f64::from(n) * (angle(1) / 2.0).sin()).abs() < 1e-9);
     is_sound(&remeshed(&input, Some(0.3), Options::default()), 2, 0.06, 12.6);
 }

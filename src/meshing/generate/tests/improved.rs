@@ -91,3 +91,19 @@ fn a_fixed_boundary_keeps_its_faces() {
     assert_eq!(mesh.faces.iter().map(|f| f.vertices).collect::<Vec<_>>(), faces);
     assert!(check(&domain, &mesh).is_clean());
 }
+
+/// The tip of a cone: twelve triangles meet there at angles of few degrees, and the searches of the improvement are
+/// limited.
+#[test]
+fn a_tip_ends() {
+    let mut input = Input::new(DomainKind::Complex, Vec::new());
+    let turn = std::f64::consts::TAU / 12.0;
+    input.points.extend((0..12).map(|i| glam::DVec2::from_angle(f64::from(i) * turn).extend(0.0)));
+    input.points.extend([DVec3::new(0.0, 0.0, 12.0), DVec3::ZERO]);
+    for [a, b] in (0..12).map(|i| [i, (i + 1) % 12]) {
+        facet(&mut input, &[&[a, b, 12]]);
+        facet(&mut input, &[&[b, a, 13]]);
+    }
+    let (domain, _) = improved(&input, None, 0.0);
+    assert!(!domain.small_angles(4.0).is_empty());
+}
