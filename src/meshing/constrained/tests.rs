@@ -140,7 +140,7 @@ fn with_triangle(inner: impl IntoIterator<Item = DVec3>) -> (Mesh<DVec3>, u64) {
 
 /// Returns a triangle in the plane z = 0.
 fn triangle(radius: f64) -> impl Iterator<Item = DVec3> {
-    let at = move |i: u32| DVec3::from((glam::DVec2::from_angle(f64::from(i) * 2.1) * radius).extend(0.0));
+    let at = move |i: u32| (glam::DVec2::from_angle(f64::from(i) * 2.1) * radius).extend(0.0);
     (0..3).map(at)
 }
 
