@@ -241,7 +241,8 @@ fn build<P: AsItIs>(
         });
     }
     // No worker owned the cells of a changed mesh.
-    let owners = known.filter(|_| changes == 0).and_then(|(cells, owners)| view::owned(&cells, &owners, &mesh));
+    let owners =
+        known.filter(|_| changes == 0).and_then(|(cells, owners)| view::owned(&cells, &owners, &mesh));
     Ok(Built { mesh, stages, run_log, owners })
 }
 
