@@ -5,8 +5,8 @@
 //!
 //! **Work and depth.** O(1) exact signs for each corner.
 
-use super::Mending;
 use super::change::{Change, Dropped};
+use super::mending::Mending;
 use crate::defect::Element;
 use crate::input::DomainKind;
 use crate::space::Space;

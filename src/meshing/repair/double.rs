@@ -10,8 +10,8 @@
 
 use std::collections::{BTreeMap, BTreeSet};
 
-use super::Mending;
 use super::change::{Change, Dropped};
+use super::mending::Mending;
 use crate::defect::Element;
 use crate::input::DomainKind;
 use crate::sides::Sets;

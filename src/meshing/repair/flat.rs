@@ -17,8 +17,8 @@ use glam::DVec3;
 use septet_geometry::predicates::{Sign, orientation};
 use septet_geometry::range::scale;
 
-use super::Mending;
 use super::change::Change;
+use super::mending::Mending;
 use crate::bvh::Bounds;
 use crate::input::{DomainKind, InputFacet};
 use crate::planar::Planar;

@@ -13,8 +13,8 @@ use std::collections::BTreeMap;
 
 use glam::DVec3;
 
-use super::Mending;
 use super::change::Change;
+use super::mending::Mending;
 use crate::input::InputFacet;
 
 /// The largest number of edges of a small hole.

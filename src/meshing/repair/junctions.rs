@@ -12,8 +12,8 @@ use std::collections::{BTreeMap, BTreeSet};
 
 use glam::DVec3;
 
-use super::Mending;
 use super::change::Change;
+use super::mending::Mending;
 use crate::bvh::{Bounds, Bvh};
 use crate::space::{ascending, on_segment};
 

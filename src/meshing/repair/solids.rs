@@ -12,8 +12,8 @@
 
 use std::collections::{BTreeMap, BTreeSet};
 
-use super::Mending;
 use super::change::Change;
+use super::mending::Mending;
 use crate::domain::Component;
 use crate::input::Region;
 use crate::sides::Sides;

@@ -13,8 +13,8 @@ use std::collections::BTreeMap;
 
 use septet_geometry::point::lex_cmp;
 
-use super::Mending;
 use super::change::{Change, Dropped};
+use super::mending::Mending;
 use crate::bvh::{Bounds, Bvh};
 use crate::defect::Element;
 use crate::space::Space;
