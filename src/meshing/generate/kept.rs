@@ -10,8 +10,8 @@
 
 use septet_geometry::point::dist2;
 
-use super::GenerationError;
 use super::cell_labels::CellLabels;
+use super::error::GenerationError;
 use super::facets::Subfeatures;
 use super::generator::{Candidate, Generator, Rules, StageCounts};
 use super::machine::{Delaunay, MeshMachine};

@@ -87,6 +87,7 @@ mod cell_labels;
 mod cells;
 mod corner_shells;
 mod divide;
+mod error;
 mod facets;
 mod finish;
 mod generator;
@@ -103,11 +104,12 @@ mod vertices;
 mod volume;
 mod witness;
 
-use crate::domain::{Domain, Feature};
+use crate::domain::Domain;
 use crate::executor::{Executor, Uncounted, always};
 use crate::space::Space;
 
 pub use cell_labels::CellLabels;
+pub use error::{GenerationError, Missing, Reason};
 pub use facets::Subfacet;
 pub use generator::{Rules, StageCounts};
 pub use kept::{Interior, refine_inside};
@@ -137,40 +139,6 @@ pub struct GeneratedMesh<P: Space> {
     pub subsegments: Vec<Subsegment>,
     /// The counts of each stage.
     pub stages: Vec<StageCounts>,
-}
-
-/// The features of which parts are missing from the triangulation.
-#[derive(Clone, Debug, PartialEq, Eq)]
-pub struct Missing {
-    /// The features, ascending, with the numbers of missing parts.
-    pub features: Vec<(Feature, u32)>,
-    /// Why they are missing.
-    pub reason: Reason,
-}
-
-/// The reason why parts of features are missing.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Reason {
-    /// Features meet at small angles.
-    Angles,
-    /// Points would be as close to each other as the rounding of coordinates.
-    Rounding,
-    /// The rounds of recovery did not suffice.
-    Rounds,
-}
-
-/// Errors of generation.
-#[derive(Clone, Debug, PartialEq, Eq)]
-pub enum GenerationError<E> {
-    /// The machine failed.
-    Machine(E),
-    /// Features could not be recovered.
-    Missing(Missing),
-
-    /// The mesh needs more vertices than the limit.
-    TooMany(u64),
-    /// The domain is not supported.
-    Unsupported(&'static str),
 }
 
 /// Estimates the number of points of a mesh from the cells in which candidates are placed, without counts. Returns one more than the

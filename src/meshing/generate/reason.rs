@@ -9,7 +9,7 @@
 //!
 //! **Work and depth.** One local feature size for each corner and segment; one test for each pair of features that meet.
 
-use super::{Missing, Reason};
+use super::error::{Missing, Reason};
 use crate::distance::Features;
 use crate::domain::{Domain, Feature};
 use crate::frame::FINEST;

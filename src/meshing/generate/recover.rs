@@ -36,13 +36,13 @@
 
 use super::balls::{Ball, Balls};
 use super::corner_shells::ENCLOSE_AFTER;
+use super::error::{GenerationError, Missing};
 use super::facets::{Plane, ROUNDING, Subfacets};
 use super::generator::{Candidate, Generator};
 use super::machine::MeshMachine;
 use super::missing::MissingParts;
 use super::segments::{Chains, Subsegment, subsegments_of};
 use super::witness::Near;
-use super::{GenerationError, Missing};
 use crate::frame::FINEST;
 use crate::space::Space;
 
