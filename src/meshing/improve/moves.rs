@@ -40,6 +40,18 @@ pub(super) struct Fan<P> {
 }
 
 impl<P: Space> Fan<P> {
+    /// Returns the cells around a vertex, and their grade.
+    fn around(mesh: &Editable<P>, rules: &Rules<'_, P>, v: u32) -> (Self, Grade) {
+        let star = mesh.star(v);
+        let (before, worst) = measured(mesh, star);
+        let slot = |c: u32| mesh.cells[c as usize].iter().position(|&w| w == v).unwrap_or_default();
+        // A position that is not better is often bad for the worst cells.
+        let mut worst_first = star.to_vec();
+        worst_first.sort_by(|&a, &b| mesh.sines[a as usize].total_cmp(&mesh.sines[b as usize]));
+        let cells = worst_first.iter().map(|&c| (mesh.corners(c), slot(c))).collect();
+        (Fan { cells, ratio: rules.ratio(worst) }, before)
+    }
+
     /// Returns the grade of the cells with the vertex at a point, if all cells are positive and no ratio is too large.
     /// Returns `None` as soon as a sine is at most `above`.
     pub(super) fn at(&self, rules: &Rules<'_, P>, p: P, above: f64) -> Option<Grade> {
@@ -100,28 +112,23 @@ impl<P: Space> Fan<P> {
     }
 }
 
-/// Returns the best move of a vertex.
-pub(super) fn slide<P: Space>(mesh: &Editable<P>, rules: &Rules<'_, P>, v: u32) -> Option<Change<P>> {
-    let carrier = mesh.carriers[v as usize];
-    let is_kept = match carrier {
+/// Whether a vertex with this carrier does not move.
+fn is_kept<P: Space>(rules: &Rules<'_, P>, carrier: Carrier) -> bool {
+    match carrier {
         Carrier::Corner(_) => true,
         Carrier::Segment(_) => rules.target.fixed || P::DIM == 2,
         Carrier::Facet(_) => rules.target.fixed,
         Carrier::Volume => false,
-    };
-    if is_kept {
+    }
+}
+
+/// Returns the best move of a vertex.
+pub(super) fn slide<P: Space>(mesh: &Editable<P>, rules: &Rules<'_, P>, v: u32) -> Option<Change<P>> {
+    let carrier = mesh.carriers[v as usize];
+    if is_kept(rules, carrier) {
         return None;
     }
-    let star = mesh.star(v);
-    let (before, worst) = measured(mesh, star);
-    let slot = |c: u32| mesh.cells[c as usize].iter().position(|&w| w == v).unwrap_or_default();
-    // A position that is not better is often bad for the worst cells.
-    let mut worst_first = star.to_vec();
-    worst_first.sort_by(|&a, &b| mesh.sines[a as usize].total_cmp(&mesh.sines[b as usize]));
-    let fan = Fan {
-        cells: worst_first.iter().map(|&c| (mesh.corners(c), slot(c))).collect(),
-        ratio: rules.ratio(worst),
-    };
+    let (fan, before) = Fan::around(mesh, rules, v);
     let start = Placed { vertex: v, at: mesh.points[v as usize], carrier, size: mesh.sizes[v as usize] };
     let chain = chain(mesh, rules, v);
     if chain.is_none() && matches!(carrier, Carrier::Segment(_)) {
@@ -158,7 +165,7 @@ pub(super) fn slide<P: Space>(mesh: &Editable<P>, rules: &Rules<'_, P>, v: u32) 
         (turns_little(&old, &new) && surface.permits(&old, before, &new)).then_some((at, carrier))
     };
     let (placed, grade) = fan.climb(rules, (start, 0.25 * start.size), before, place, settle);
-    let mut change = Change::of(Kind::Move, grade, star.to_vec(), Vec::new());
+    let mut change = Change::of(Kind::Move, grade, mesh.star(v).to_vec(), Vec::new());
     change.placed = Some(placed);
     (placed.at != start.at && grade.is_worth(before, rules.wanted)).then_some(change)
 }

@@ -4,10 +4,10 @@ use glam::DVec2;
 use septet_geometry::measure::radius_edge_ratio;
 use septet_geometry::predicates::{Sign, orientation};
 
-use super::Target;
 use super::editable::{Editable, row_of};
 use super::shape::{Grade, grade};
 use super::surface::Surface;
+use super::target::Target;
 use crate::domain::Domain;
 use crate::space::Space;
 
