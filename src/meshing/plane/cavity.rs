@@ -2,37 +2,11 @@
 
 use septet_geometry::predicates::Sign;
 
+use super::chain::{Beyond, Cavity, Chain};
 use super::constrained::{Constrained, Crossed, NONE, TAKEN};
 use super::star::{next, previous};
 
-/// The neighbour beyond an edge of a chain.
-#[derive(Clone, Copy, Debug)]
-struct Beyond {
-    /// The cell of the chain before the segment was inserted, and the corner opposite the edge.
-    old: (u32, usize),
-    /// The cell beyond, or [`NONE`], and its corner opposite the edge.
-    cell: u32,
-    corner: usize,
-    /// Whether the edge is a constraint.
-    is_constrained: bool,
-    /// The position of the same edge in the chain, if both its sides lie in the polygon.
-    twin: Option<u32>,
-}
-
-/// A chain of vertices from one end of the segment to the other.
-#[derive(Clone, Debug, Default)]
-struct Chain {
-    vertices: Vec<u32>,
-    edges: Vec<Beyond>,
-}
-
 impl Chain {
-    fn start(&mut self, vertex: u32) {
-        self.vertices.clear();
-        self.edges.clear();
-        self.vertices.push(vertex);
-    }
-
     /// Appends the edge opposite a corner of a crossed cell.
     fn push(&mut self, of: &Constrained, vertex: u32, old: (u32, usize)) {
         let cell = of.across[old.0 as usize][old.1];
@@ -49,27 +23,6 @@ impl Chain {
         self.edges.push(Beyond { old, cell, corner, is_constrained, twin });
         self.vertices.push(vertex);
     }
-
-    fn reverse(&mut self) {
-        self.vertices.reverse();
-        self.edges.reverse();
-        let last = self.edges.len() as u32;
-        for edge in &mut self.edges {
-            edge.twin = edge.twin.map(|i| last - 1 - i);
-        }
-    }
-}
-
-/// The polygons on the two sides of a segment. Memory is used again for the next segment.
-#[derive(Clone, Debug, Default)]
-pub(super) struct Cavity {
-    left: Chain,
-    right: Chain,
-    taken: Vec<u32>,
-    /// Parts of a chain that are not filled yet: the first and last position, and the cell and corner at the base.
-    parts: Vec<(usize, usize, u32, usize)>,
-    /// The new cell and corner at each edge of a chain whose other side lies in the polygon as well.
-    inner: Vec<(u32, usize)>,
 }
 
 impl Cavity {

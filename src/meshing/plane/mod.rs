@@ -37,11 +37,14 @@
 mod as_it_is;
 mod breaklines;
 mod cavity;
+mod chain;
 mod constrained;
 mod insert;
 mod refine;
+mod segment;
 mod shapes;
 mod star;
+mod start;
 
 #[cfg(test)]
 mod refine_tests;

@@ -31,10 +31,10 @@ use std::collections::{BTreeMap, BinaryHeap, VecDeque};
 use glam::DVec2;
 use septet_geometry::predicates::{Sign, orientation};
 
-use super::as_it_is::Start;
 use super::constrained::{Constrained, NONE};
 use super::insert::Conflicts;
 use super::star::{next, previous};
+use super::start::Start;
 use crate::domain::Domain;
 use crate::generate::{GenerationError, Rules};
 use crate::mesh::Carrier;

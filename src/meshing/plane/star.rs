@@ -66,3 +66,20 @@ impl Iterator for Walk<'_> {
         self.star.advance(self.triangulation)
     }
 }
+
+impl Constrained {
+    /// Returns the cells on the left and on the right of an edge. A cell is `None` if there is none, and both are if the
+    /// vertices are not joined.
+    pub fn beside(&self, a: u32, b: u32) -> [Option<u32>; 2] {
+        for (cell, i) in Star::of(self, a) {
+            let corners = self.cells[cell as usize];
+            if corners[next(i)] == b {
+                return [Some(cell), self.across(cell, previous(i))];
+            }
+            if corners[previous(i)] == b {
+                return [self.across(cell, next(i)), Some(cell)];
+            }
+        }
+        [None, None]
+    }
+}
