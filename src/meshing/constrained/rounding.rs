@@ -49,8 +49,6 @@ pub(super) fn settle(
     cells: &[[u32; 4]],
     snapped: impl Fn(DVec3) -> DVec3,
 ) -> Result<Rounded, Vec<[u32; 4]>> {
-    let is_good =
-        |at: &[DVec3], cell: &[u32; 4]| orientation(&cell.map(|v| at[v as usize])) == Sign::Positive;
     let bad = |at: &[DVec3]| cells.iter().copied().filter(|c| !is_good(at, c)).collect::<Vec<_>>();
     for point in movable {
         at[point.vertex as usize] = snapped(at[point.vertex as usize]);
@@ -73,24 +71,9 @@ pub(super) fn settle(
         touched.dedup();
         let mut moved = 0;
         for point in movable.iter().filter(|p| touched.binary_search(&p.vertex).is_ok()) {
-            let v = point.vertex as usize;
-            let wrong = |at: &[DVec3]| star[v].iter().filter(|&&c| !is_good(at, &cells[c as usize])).count();
-            let (first, mut best) = (at[v], (wrong(at), at[v]));
-            if best.0 == 0 {
-                continue;
-            }
-            for place in places(at, point, largest).map(&snapped) {
-                at[v] = place;
-                let count = wrong(at);
-                if count < best.0 {
-                    best = (count, place);
-                    if count == 0 {
-                        break;
-                    }
-                }
-            }
-            at[v] = best.1;
-            moved += u64::from(at[v] != first);
+            let around = star[point.vertex as usize].iter().map(|&c| cells[c as usize]);
+            let wishes = places(at, point, largest).map(&snapped);
+            moved += u64::from(shift(at, point.vertex, &around.collect::<Vec<_>>(), wishes));
         }
         done.moved += moved;
         open = bad(at);
@@ -102,6 +85,34 @@ pub(super) fn settle(
         }
     }
     Err(open)
+}
+
+/// Whether a cell is positive.
+fn is_good(at: &[DVec3], cell: &[u32; 4]) -> bool {
+    orientation(&cell.map(|v| at[v as usize])) == Sign::Positive
+}
+
+/// Moves a vertex to the first of some places where all cells around it are positive, or else to the first one where
+/// the fewest are not. Returns whether it moved.
+fn shift(at: &mut [DVec3], vertex: u32, around: &[[u32; 4]], wishes: impl Iterator<Item = DVec3>) -> bool {
+    let v = vertex as usize;
+    let wrong = |at: &[DVec3]| around.iter().filter(|cell| !is_good(at, cell)).count();
+    let (first, mut best) = (at[v], (wrong(at), at[v]));
+    if best.0 == 0 {
+        return false;
+    }
+    for place in wishes {
+        at[v] = place;
+        let count = wrong(at);
+        if count < best.0 {
+            best = (count, place);
+            if count == 0 {
+                break;
+            }
+        }
+    }
+    at[v] = best.1;
+    at[v] != first
 }
 
 /// Returns the places to which a point may move, in the order in which they are tried.
