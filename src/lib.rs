@@ -176,8 +176,8 @@ pub mod io {
     pub mod write {
         #[doc(inline)]
         pub use septet_io::write::{
-            MshVersion, OutputError, WriteOptions, check_output, check_points_output, write, write_points,
-            write_points_to, write_to,
+            MshVersion, Order, OutputError, WriteOptions, check_output, check_points_output, write,
+            write_points, write_points_to, write_to,
         };
     }
 }
@@ -237,7 +237,7 @@ pub mod queries {
 /// let mut spec = MeshSpec::default();
 /// spec.sizes.most = Some(0.25);
 /// let made = make(&triangle, &spec)?;
-/// assert_eq!(made.mesh.cells.len(), 11);
+/// assert_eq!(made.mesh.cells.len(), 17);
 /// # Ok::<(), Box<dyn std::error::Error>>(())
 /// ```
 pub mod mesh {
@@ -247,8 +247,8 @@ pub mod mesh {
     pub use septet_core::mesh::labelled::Labelled;
     #[doc(inline)]
     pub use septet_core::mesh::{
-        Boundary, Dimension, Made, MakeError, MeshError, MeshSpec, Promise, SingularityRequest,
-        SingularityShape, Sizes, accept, check, make,
+        Boundary, Dimension, Made, MakeError, MeshError, MeshSpec, SingularityRequest, SingularityShape,
+        Sizes, accept, check, make,
     };
     #[doc(inline)]
     pub use septet_meshing::Accepted;

@@ -42,6 +42,8 @@ mod memory;
 
 #[path = "cli/mesh.rs"]
 mod mesh;
+#[path = "cli/mesh_reports.rs"]
+mod mesh_reports;
 
 #[path = "cli/options.rs"]
 mod options;

@@ -12,7 +12,7 @@ use septet_core::model::{Labels, MeshView, Patches};
 use septet_core::spec::row;
 use septet_core::{Door, Remedy};
 use septet_doors::{Code, Failure};
-use septet_io::read::{AnyInput, InputError, read_domain, read_sizes};
+use septet_io::read::{AnyInput, InputError, read_domains, read_sizes};
 use septet_io::write::{Order, WriteOptions, check_output, write};
 use septet_lab::report::mesh::{CheckedMesh, MeshContext, MeshReport, feature_name};
 use septet_meshing::input::{DomainKind, Input, InputSegment};
@@ -171,10 +171,10 @@ fn note(watch: &Watch, stage: usize) {
     watch.note(STAGES[stage], stage as u64, STAGES.len() as u64);
 }
 
-/// A domain of Python: a file, or points with polygons as offsets and vertices.
+/// A domain of Python: files, or points with polygons as offsets and vertices.
 #[derive(FromPyObject)]
 enum Domain<'py> {
-    File(PathBuf),
+    Files(Vec<PathBuf>),
     Surface(PyReadonlyArray2<'py, f64>, PyReadonlyArray1<'py, i64>, PyReadonlyArray1<'py, i64>),
 }
 
@@ -210,24 +210,22 @@ impl Meshed {
             request.sizes.field = Some(SizeField { dimension, rows });
         }
         let given = match &domain {
-            Domain::File(_) => None,
+            Domain::Files(_) => None,
             Domain::Surface(points, offsets, vertices) => {
                 let columns = points.shape()[1];
                 Some(domain_of(flat(points)?, columns, (offsets.as_slice()?, vertices.as_slice()?)))
             }
         };
-        let path = if let Domain::File(path) = &domain { Some(path.clone()) } else { None };
+        let paths = if let Domain::Files(paths) = &domain { paths.clone() } else { Vec::new() };
         let call = watch.call(threads);
         let work = || {
             note(&watch, 0);
-            let (input, first_id) = match (given, path) {
-                (Some(input), _) => (input, 0),
-                (None, path) => {
-                    let path = path.unwrap_or_default();
-                    let file = read_domain(&path, &mut |_, _| watch.unwind_if_cancelled());
-                    let file = file.map_err(NoMesh::File)?;
-                    (file.input, file.first_id)
-                }
+            let (input, first_id) = if let Some(input) = given {
+                (input, 0)
+            } else {
+                let file = read_domains(&paths, &mut |_, _| watch.unwind_if_cancelled());
+                let file = file.map_err(NoMesh::File)?;
+                (file.input, file.first_id)
             };
             match &input {
                 AnyInput::Plane(input) => meshed(input, (&request, first_id), &watch),

@@ -8,7 +8,7 @@ use super::Place;
 /// A line, and the two options or values that its message names.
 type Pair = (&'static str, [&'static str; 2]);
 
-const PAIRS: [Pair; 95] = [
+const PAIRS: [Pair; 105] = [
     // The report holds the picture.
     ("triangulate p.xyz --view 10", ["--view", "--json"]),
     ("simulate p.xyz --view 0 -o a.vtu", ["--view", "--json"]),
@@ -71,6 +71,16 @@ const PAIRS: [Pair; 95] = [
     ("mesh cube.poly -o m.vtu --singularity point", ["--singularity", "--min-size"]),
     ("mesh cube.poly -o m.vtu --lipschitz 0.5 --radius-edge 2", ["--lipschitz", "--radius-edge"]),
     ("mesh cube.poly -o m.vtu --size 1 --min-size 2", ["--min-size", "--size"]),
+    ("mesh cube.poly -o m.vtu --improve --no-improve", ["--improve", "--no-improve"]),
+    ("mesh cube.poly -o m.vtu --strict --weld 1", ["--strict", "--weld"]),
+    ("mesh cube.poly -o m.vtu --strict --repair", ["--strict", "--repair"]),
+    ("mesh cube.off -o m.vtu --keep-surface --boundary remesh", ["--keep-surface", "--boundary remesh"]),
+    ("mesh cube.off -o m.vtu --keep-surface --max-distance 1", ["--max-distance", "--boundary remesh"]),
+    ("mesh cube.off -o m.vtu --size none --boundary remesh", ["--size none", "--boundary remesh"]),
+    ("mesh cube.poly -o m.vtu --size none --min-size 1", ["--size none", "--min-size"]),
+    ("mesh cube.poly -o m.vtu --size none --size-field s.txt", ["--size none", "--size-field"]),
+    ("mesh cube.poly -o m.vtu --size none --keep-surface", ["--size none", "--keep-surface"]),
+    ("mesh cube.poly -o m.vtu --size none --no-improve", ["--size none", "--no-improve"]),
     // A sweep that stops early, and one without graded kinds.
     ("scale -n 100 --until neighbours --supergraph knn -o r.jsonl", ["--supergraph", "--until neighbours"]),
     ("scale -n 100 --until partition --supergraph overlap -o r.jsonl", ["--supergraph", "--until partition"]),
@@ -119,7 +129,7 @@ const PAIRS: [Pair; 95] = [
 ];
 
 /// The options that `mesh --check` does not use.
-const NOT_FOR_CHECKS: [&str; 29] = [
+const NOT_FOR_CHECKS: [&str; 31] = [
     "-o m.vtu",
     "--format vtu",
     "--msh-version 2.2",
@@ -135,6 +145,8 @@ const NOT_FOR_CHECKS: [&str; 29] = [
     "--min-size 1",
     "--improve",
     "--no-improve",
+    "--keep-surface",
+    "--conforming",
     "--by-recursion",
     "--workers 2",
     "--leaf 9",

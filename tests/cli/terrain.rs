@@ -159,3 +159,57 @@ fn several_processes_write_the_same_bytes() {
         assert_eq!(notes, same, "{input}");
     }
 }
+
+#[test]
+fn break_lines_are_edges_of_the_cells() {
+    let place = Place::new();
+    place.file("p.csv", table());
+    place.file("a.wkt", "LINESTRING Z (5 5 1, 90 60 2, 40 90 3)\n");
+    let line = r#"{"type": "LineString", "coordinates": [[5, 5, 1], [90, 60, 2], [40, 90, 3]]}"#;
+    place.file("a.geojson", line);
+    place.file("a.poly", "3 2 0 0\n1 5 5\n2 90 60\n3 40 90\n2 0\n1 1 2\n2 2 3\n");
+    for lines in ["a.wkt", "a.geojson", "a.poly"] {
+        let output = place.good(&format!("triangulate p.csv --terrain --breaklines {lines} -o m.off"));
+        let talk = stderr(&output);
+        assert!(talk.contains("edges of break lines are kept") && !talk.contains("septet verify"), "{talk}");
+        let text = fs::read_to_string(place.path("m.off")).unwrap();
+        let rows: Vec<Vec<f64>> = text
+            .lines()
+            .skip(1)
+            .map(|row| row.split_whitespace().map(|word| word.parse().unwrap()).collect())
+            .collect();
+        let [points, cells] = [rows[0][0] as usize, rows[0][1] as usize];
+        let at = |v: f64| &rows[1 + v as usize];
+        // The length of the edges of cells that lie on the lines.
+        let cross =
+            |p: &[f64], q: &[f64], r: &[f64]| (q[0] - p[0]) * (r[1] - p[1]) - (q[1] - p[1]) * (r[0] - p[0]);
+        let covered = |from: [f64; 2], to: [f64; 2]| {
+            let mut seen = BTreeSet::new();
+            for cell in &rows[1 + points..][..cells] {
+                for (a, b) in [(cell[1], cell[2]), (cell[2], cell[3]), (cell[3], cell[1])] {
+                    let on = |v: f64| cross(&from, &to, at(v)) == 0.0;
+                    if on(a) && on(b) {
+                        seen.insert([a.min(b) as u64, a.max(b) as u64]);
+                    }
+                }
+            }
+            let length = |&[a, b]: &[u64; 2]| {
+                let (a, b) = (at(a as f64), at(b as f64));
+                (a[0] - b[0]).hypot(a[1] - b[1])
+            };
+            seen.iter().map(length).sum::<f64>()
+        };
+        for (from, to) in [([5.0_f64, 5.0_f64], [90.0, 60.0]), ([90.0, 60.0], [40.0, 90.0])] {
+            let whole = (from[0] - to[0]).hypot(from[1] - to[1]);
+            assert!(covered(from, to) >= whole - 1e-9, "{lines}: {from:?} {to:?}");
+        }
+    }
+    place.file("b.wkt", "LINESTRING (5 5, 90 60)\nLINESTRING (5 60, 90 5)\n");
+    place.fails(
+        "triangulate p.csv --terrain --breaklines b.wkt -o m.off",
+        3,
+        &["b.wkt", "crosses", "common point"],
+    );
+    place.file("c.wkt", "LINESTRING (5 5, 900 60)\n");
+    place.fails("triangulate p.csv --terrain --breaklines c.wkt -o m.off", 3, &["900 60", "no height"]);
+}

@@ -34,7 +34,7 @@ fn septet(directory: &Path, words: &[&str]) {
 
 /// Cells, faces, edges and groups are the same for readers of other programs in each format, also with cells of order 2.
 #[test]
-#[ignore = "needs Python with vtk, meshio, netCDF4, pyvista, scipy, gmsh and numpy"]
+#[ignore = "needs Python with vtk, meshio, h5py, netCDF4, pyvista, scipy, gmsh and numpy"]
 fn solvers_read_meshes_with_groups() {
     let place = tempfile::tempdir().unwrap();
     let root = Path::new(env!("CARGO_MANIFEST_DIR")).join("tests");

@@ -7,13 +7,13 @@ use std::path::{Path, PathBuf};
 use std::time::Instant;
 
 use crate::mesh::show::{figures, summary};
-use septet_core::Door;
 use septet_core::mesh::labelled::Labelled;
 use septet_core::mesh::view::{DEFAULT_CELLS, MeshPicture};
 use septet_core::mesh::{
     Dimension, Made, MakeError, MeshError, MeshKeep, MeshSpec, Promise, accept, make_of, remedy,
 };
 use septet_core::run::memory::peak_rss;
+use septet_core::{Door, Remedy};
 use septet_io::Role;
 use septet_io::read::{AnyInput, DomainFile, read_domains, read_sizes};
 use septet_io::without_gz;
@@ -320,8 +320,8 @@ impl From<MeshError> for Failure {
             MeshError::Missing { .. } => Code::Rejected,
             _ => Code::Failed,
         };
-        let is_size = matches!(error, MeshError::Size(_));
-        let help = if is_size { "see `septet mesh --help`" } else { "--check checks the domain only" };
+        let is_usage = matches!(error, MeshError::Size(_) | MeshError::Unsupported(_));
+        let help = if is_usage { "see `septet mesh --help`" } else { "--check checks the domain only" };
         match error {
             MeshError::Run(error) => error.into(),
             error => Failure::of(code, &error, error.remedy()).or_help(help),
@@ -331,7 +331,10 @@ impl From<MeshError> for Failure {
 
 fn refusal(args: &MeshArgs, defects: &[Defect]) -> Failure {
     let number = counted(defects.len() as u64, "defect");
-    let help = remedy(defects).and("; ids are as in the file, and facets are numbered in file order");
+    let is_strict = args.mesh.options().has("strict");
+    let omit = Remedy::of("omit {strict}, or fix the defects of the domain");
+    let remedy = if is_strict { omit } else { remedy(defects) };
+    let help = remedy.and("; ids are as in the file, and facets are numbered in file order");
     Failure::new(Code::Input, format!("{} has {number}", args.domain.display()))
         .help(help.spelled(Door::Shell))
 }

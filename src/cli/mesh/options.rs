@@ -143,6 +143,7 @@ impl MeshArgs {
                 "min-size",
                 "conforming",
                 "improve",
+                "no-improve",
                 "keep-surface",
             ] {
                 excludes("--size none", true, &format!("--{other}"), given.has(other))?;

@@ -123,7 +123,8 @@ fn run_within(
             None => report,
         };
         check_memory(&spec, &files)?;
-        publish((args, &requested), &plan.tables, &report, files.clone(), talk)
+        let is_delaunay = plan.goal.breaklines().is_none();
+        publish((args, &requested, is_delaunay), &plan.tables, &report, files.clone(), talk)
     })?;
     let files = published.unwrap_or(files);
     team.agree(check_memory(&spec, &files)).inspect_err(|_| remove(&files))?;

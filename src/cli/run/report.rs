@@ -84,9 +84,9 @@ fn malformed() -> Failure {
     Failure::new(Code::Machine, "the counts of a process do not decode")
 }
 
-/// Writes the tables and the report, and prints the summary. `files` are the files written before. Returns all files.
+/// Writes the tables and the report, and prints the summary. Cells with break lines are no Delaunay triangulation. `files` are the files written before. Returns all files.
 pub(super) fn publish(
-    (args, requested): (&RunArgs, &Spec),
+    (args, requested, is_delaunay): (&RunArgs, &Spec, bool),
     tables: &Tables,
     report: &RunReport,
     mut files: Vec<PathBuf>,
@@ -94,7 +94,7 @@ pub(super) fn publish(
 ) -> Result<Vec<PathBuf>, Failure> {
     let rendered = |format, which| report.tables(format, which);
     files.extend(tables.write(&rendered)?);
-    print_report((args, requested), report, &files, talk)?;
+    print_report((args, requested, is_delaunay), report, &files, talk)?;
     tables.print(&rendered);
     files.extend(args.json.clone().filter(|path| path.as_os_str() != "-"));
     Ok(files)
@@ -102,7 +102,7 @@ pub(super) fn publish(
 
 /// Writes the report as JSON and prints its summary.
 fn print_report(
-    (args, requested): (&RunArgs, &Spec),
+    (args, requested, is_delaunay): (&RunArgs, &Spec, bool),
     report: &RunReport,
     files: &[PathBuf],
     talk: &Talk,
@@ -124,7 +124,11 @@ fn print_report(
     }
     if report.dimension < report.space as isize {
         talk.note(format!("note: {}", report.flat_note(Door::Shell)));
-    } else if report.certificate == "passed" && !report.has_weights() && report.periodic.is_none() {
+    } else if is_delaunay
+        && report.certificate == "passed"
+        && !report.has_weights()
+        && report.periodic.is_none()
+    {
         let raw = requested.input.raw.as_ref();
         let reading = raw.map_or_else(String::new, |rows| format!(" --raw {rows}"));
         let terrain = if requested.input.terrain { " --terrain" } else { "" };

@@ -10,6 +10,7 @@
 //! weights `c_j`, which is the linear function at x. A bisection halves an edge and leaves the linear function as it is,
 //! so it ends.
 
+use glam::DVec3;
 use septet_core::mesh::field::SizeField;
 use septet_core::model::Points;
 
@@ -29,7 +30,7 @@ type Node = ([f64; 3], f64);
 pub(super) fn field(source: Source<'_>, mesh: FileMesh<'_>, sizes: &[f64]) -> Result<SizeField, InputError> {
     let (points, cells) = mesh.into_both(&CellOptions::default())?;
     let places: Vec<[f64; 3]> = match &points.points {
-        Points::Space(points) => points.iter().map(|p| p.to_array()).collect(),
+        Points::Space(points) => points.iter().map(DVec3::to_array).collect(),
         Points::Plane(points) => points.iter().map(|p| [p.x, p.y, 0.0]).collect(),
         Points::Higher(_) => Vec::new(),
     };

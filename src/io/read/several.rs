@@ -14,7 +14,7 @@ use super::points::ReadProgress;
 /// and facets of the files are numbered one after another, from the first id of the first file.
 ///
 /// # Errors
-/// Returns [`InputError`] if a file cannot be read, or if one of several is no surface.
+/// Returns [`InputError`] if a file cannot be read, or if one of several is not a surface.
 pub fn read_domains(paths: &[PathBuf], progress: &mut ReadProgress<'_>) -> Result<DomainFile, InputError> {
     let Some((first, others)) = paths.split_first() else {
         return read_domain(Path::new(""), progress);

@@ -1,6 +1,6 @@
 //! Files of netCDF-3, the classic format: dimensions, attributes and arrays, all numbers big-endian.
 //!
-//! Source: "The NetCDF Classic Format Specification" of Unidata. A file has the version 1, with offsets of 32 bits, unless
+//! Source: "The `NetCDF` Classic Format Specification" of Unidata. A file has the version 1, with offsets of 32 bits, unless
 //! an array begins beyond 2 GiB. Then it has the version 2, with offsets of 64 bits.
 
 use std::io::Write;
@@ -121,8 +121,8 @@ impl<'a> File<'a> {
     }
 
     /// Adds an array of names, of `width` bytes each.
-    pub fn names(&mut self, name: &str, dimensions: &[Dimension; 2], width: usize, names: Vec<String>) {
-        self.variable(name, Kind::Char, dimensions, move |buffer, i| {
+    pub fn names(&mut self, name: &str, dimensions: [Dimension; 2], width: usize, names: Vec<String>) {
+        self.variable(name, Kind::Char, &dimensions, move |buffer, i| {
             let text = names.get(i).map_or(&[][..], |name| name.as_bytes());
             buffer.extend(text.iter().copied().chain(std::iter::repeat(0)).take(width));
         });
@@ -175,7 +175,9 @@ impl<'a> File<'a> {
         for variable in &self.variables {
             push_name(&mut head, &variable.name);
             push(&mut head, variable.dimensions.len() as u32);
-            variable.dimensions.iter().for_each(|d| push(&mut head, *d));
+            for dimension in &variable.dimensions {
+                push(&mut head, *dimension);
+            }
             push_attributes(&mut head, &variable.attributes);
             push(&mut head, variable.kind.number());
             push(&mut head, padded(self.bytes(variable)) as u32);
@@ -183,9 +185,15 @@ impl<'a> File<'a> {
             head.resize(head.len() + width, 0);
         }
         let mut offset = head.len() as u64;
-        for (variable, hole) in self.variables.iter().zip(holes) {
+        let (fixed, records): (Vec<_>, Vec<_>) =
+            self.variables.iter().zip(holes).partition(|(variable, _)| variable.rows > 0);
+        for (variable, hole) in fixed {
             head[hole..hole + width].copy_from_slice(&offset.to_be_bytes()[8 - width..]);
-            offset += if variable.rows > 0 { padded(self.bytes(variable)) } else { 0 };
+            offset += padded(self.bytes(variable));
+        }
+        // Records follow all other arrays. There are none.
+        for (_, hole) in records {
+            head[hole..hole + width].copy_from_slice(&offset.to_be_bytes()[8 - width..]);
         }
         (head, offset)
     }
@@ -242,7 +250,9 @@ fn push_attributes(head: &mut Vec<u8>, attributes: &[(&str, Value)]) {
 
 /// Appends integers in big-endian order.
 pub fn push_ints(buffer: &mut Vec<u8>, numbers: impl IntoIterator<Item = u64>) {
-    numbers.into_iter().for_each(|number| buffer.extend_from_slice(&(number as i32).to_be_bytes()));
+    for number in numbers {
+        buffer.extend_from_slice(&(number as i32).to_be_bytes());
+    }
 }
 
 #[cfg(test)]

@@ -411,7 +411,7 @@ class Mesh:
         """A pyvista object. Needs pyvista."""
 
 def mesh(
-    domain: str | os.PathLike[str] | tuple[npt.ArrayLike, npt.ArrayLike],
+    domain: str | os.PathLike[str] | Sequence[str | os.PathLike[str]] | tuple[npt.ArrayLike, npt.ArrayLike],
     *,
     size: float | Literal["none"] | None = None,
     min_size: float | None = None,
@@ -422,7 +422,7 @@ def mesh(
     feature_angle: float = 60.0,
     conforming: bool = False,
     improve: bool = True,
-    weld: Optional[float] = None,
+    weld: float | None = None,
     repair: bool = False,
     strict: bool = False,
     threads: int | None = None,
@@ -430,7 +430,7 @@ def mesh(
     max_memory: int | None = None,
     progress: Progress | None = None,
 ) -> Mesh:
-    """`domain` is a file, or the points and the polygons of a closed surface. Raises DomainError."""
+    """`domain` is a file, files of closed surfaces, or the points and the polygons of one. Raises DomainError."""
 
 # Files and checks.
 

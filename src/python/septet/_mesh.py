@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import json
 import os
-from typing import TYPE_CHECKING, Any, Dict, List, Optional, Tuple, Union
+from typing import TYPE_CHECKING, Any, Dict, List, Optional, Sequence, Tuple, Union
 
 import numpy as np
 
@@ -114,7 +114,7 @@ class Mesh(Lazy):
 
 
 def mesh(
-    domain: "str | os.PathLike[str] | Tuple[npt.ArrayLike, Any]",
+    domain: "str | os.PathLike[str] | Sequence[str | os.PathLike[str]] | Tuple[npt.ArrayLike, Any]",
     *,
     size: Union[float, str, None] = None,
     min_size: Optional[float] = None,
@@ -137,9 +137,9 @@ def mesh(
 
     Parameters
     ----------
-    domain : str, path, or tuple
-        A file of ``septet mesh``, or the points and the polygons of a closed surface. In the plane, polygons are the closed
-        loops of the boundary.
+    domain : str, path, list of paths, or tuple
+        A file of ``septet mesh``, files of closed surfaces, each of which is a region, or the points and the polygons of a closed
+        surface. In the plane, polygons are the closed loops of the boundary.
     size : float or 'none', optional
         Upper limit of the size. With 'none', the domain is triangulated as it is, without sizes and without quality. Points are
         added, in space, only on edges that cannot be kept otherwise.
@@ -200,11 +200,14 @@ def mesh(
             raise OptionError(f"{name.replace('-', '_')} must be True or False, not {flag!r}")
     if strict and (repair or weld is not None):
         raise OptionError("strict refuses what weld and repair change: omit it, or them")
+    if keep_surface and boundary == "remesh":
+        raise OptionError("keep_surface keeps the boundary: omit it, or boundary='remesh'")
     as_it_is = isinstance(size, str)
     if as_it_is:
         others = {"min_size": min_size, "size_field": size_field}
         without = [name for name, value in others.items() if value is not None]
         without += [name for name, flag in (("conforming", conforming), ("keep_surface", keep_surface)) if flag]
+        without += ["boundary='remesh'"] if boundary == "remesh" else []
         if without:
             raise OptionError(f"{without[0]} has no effect with size='none'; omit one of them")
     options: List[Tuple[str, str]] = [("seed", str(arguments.whole(seed, "seed", 0, 2**64 - 1)))]
@@ -238,10 +241,12 @@ def mesh(
     return Mesh._of(core)
 
 
-def _domain(domain: Any) -> Union[str, Tuple[Any, Any, Any]]:
-    """Converts a domain: a path, or points with polygons as offsets and vertices."""
+def _domain(domain: Any) -> Union[List[str], Tuple[Any, Any, Any]]:
+    """Converts a domain: paths, or points with polygons as offsets and vertices."""
     if isinstance(domain, (str, bytes, os.PathLike)):
-        return os.fsdecode(domain)
+        return [os.fsdecode(domain)]
+    if isinstance(domain, (list, tuple)) and domain and all(isinstance(path, (str, bytes, os.PathLike)) for path in domain):
+        return [os.fsdecode(path) for path in domain]
     try:
         points, polygons = domain
     except (TypeError, ValueError):

@@ -64,6 +64,9 @@ def test_files(tmp_path: Path) -> None:
     for name, order in [("mesh.stl", 2), ("mesh.vtu", 3)]:
         with pytest.raises((septet.OptionError, ValueError)):
             made.write(tmp_path / name, order=order)
+    (tmp_path / "next.off").write_text(text.replace("\n0.0 ", "\n2.0 "))
+    both = septet.mesh([tmp_path / "cube.off", tmp_path / "next.off"], size=0.5)
+    assert abs(volume(both) - 2) < 1e-9 and set(both.cell_regions.tolist()) == {1, 2}
     with pytest.raises(FileNotFoundError):
         septet.mesh(tmp_path / "none.off")
     (tmp_path / "bad.off").write_text("OFF\n8 12 0\n0 0 zero\n")
@@ -88,7 +91,8 @@ def test_domains_are_checked() -> None:
 
 def test_options_are_checked() -> None:
     wrong: "List[Any]" = [{"size": -1}, {"size": "x"}, {"size": 1, "min_size": 2}, {"boundary": "keep"}, {"feature_angle": 181},
-                          {"threads": 0}, {"max_distance": 0}, {"improve": 2}, {"size_field": [1]}, {"size": float("nan")}]
+                          {"threads": 0}, {"max_distance": 0}, {"improve": 2}, {"size_field": [1]}, {"size": float("nan")},
+                          {"keep_surface": True, "boundary": "remesh"}, {"size": "none", "boundary": "remesh"}]
     for options in wrong:
         with pytest.raises((septet.OptionError, ValueError)):
             septet.mesh((CUBE, TRIANGLES), **options)

@@ -77,6 +77,7 @@ fn mesh_in<P: Dimension>(input: &Input<P>, order: &MeshOrder) -> Option<MeshOutc
         mesh.boundary = Some(if order.remesh { Boundary::Remesh } else { Boundary::Exact });
         mesh.sizes.most = Some(order.size);
         mesh.improve = order.improve;
+        mesh.conforming = !order.improve;
         mesh.run.tree.leaf = Some(60);
         let m = &mut mesh.run.machine;
         (m.workers, m.threads) = (Workers::Count(order.workers), Some(threads));

@@ -122,7 +122,7 @@ impl Reader<'_> {
 
     fn list<'v>(&self, value: &'v Value) -> Result<&'v [Value], InputError> {
         let list = value.as_array().map(Vec::as_slice);
-        list.ok_or_else(|| self.bad("coordinates that are no list", "give GeoJSON of RFC 7946"))
+        list.ok_or_else(|| self.bad("coordinates that are not a list", "give GeoJSON of RFC 7946"))
     }
 
     fn position(&mut self, words: &[Value]) -> Result<u32, InputError> {

@@ -139,15 +139,7 @@ pub const fn reader(format: Format) -> Reader {
             rows: Some(Rows::Lines),
             ..NONE
         },
-        Format::Npy => Reader {
-            signature: |data| data.starts_with(b"\x93NUMPY"),
-            points: Some(npy::read),
-            cells: Some(npy::read_cells),
-            sizes: Some(npy::read_sizes),
-            weights: Some(npy::read_weights),
-            rows: Some(Rows::Array),
-            ..NONE
-        },
+        Format::Npy => NPY,
         Format::Npz => {
             Reader { signature: |data| data.starts_with(b"PK\x03\x04"), points: Some(npz::read), ..NONE }
         }
@@ -160,15 +152,7 @@ pub const fn reader(format: Format) -> Reader {
             ..surface!(off, 0, |_, _| Place::Whole, |data| signature::is_off(word(data)))
         },
         Format::Ply => surface!(ply, 0, |_, _| Place::Whole, is_ply),
-        Format::Stl => Reader {
-            signature: |data| signature::is_binary(data) || word(data) == b"solid",
-            points: Some(stl::read),
-            domain: Some(|source, _| {
-                let (file, faces, solids) = stl::read_faces(source, &ReadOptions::default())?;
-                Ok(surface::with_solids(surface::of(source, file, faces, 0)?, solids))
-            }),
-            ..NONE
-        },
+        Format::Stl => STL,
         Format::Obj => surface!(obj, 1, obj::place_of_face, |_| false),
         Format::Vtu => Reader {
             sizes: Some(vtu::read_sizes),
@@ -198,6 +182,28 @@ pub const fn reader(format: Format) -> Reader {
         | Format::PolyMesh => NONE,
     }
 }
+
+/// The arrays of `NumPy`.
+const NPY: Reader = Reader {
+    signature: |data| data.starts_with(b"\x93NUMPY"),
+    points: Some(npy::read),
+    cells: Some(npy::read_cells),
+    sizes: Some(npy::read_sizes),
+    weights: Some(npy::read_weights),
+    rows: Some(Rows::Array),
+    ..NONE
+};
+
+/// Facets, whose solids are kept.
+const STL: Reader = Reader {
+    signature: |data| signature::is_binary(data) || word(data) == b"solid",
+    points: Some(stl::read),
+    domain: Some(|source, _| {
+        let (file, faces, solids) = stl::read_faces(source, &ReadOptions::default())?;
+        Ok(surface::with_solids(surface::of(source, file, faces, 0)?, solids))
+    }),
+    ..NONE
+};
 
 fn is_node(data: &[u8]) -> bool {
     signature::is_node(text(data))

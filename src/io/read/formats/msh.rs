@@ -86,12 +86,10 @@ pub fn read_sizes(source: Source<'_>) -> Result<SizeField, InputError> {
     }
     let mut data = Vec::new();
     let mesh = parse_text(source, &ReadOptions::default(), Some(&mut data))?;
-    let found = match (data.iter().find(|data| data.name == "size"), &data[..]) {
-        (Some(found), _) | (None, [found]) => found,
-        _ => {
-            let what = format!("a mesh with {} sections $NodeData of numbers", data.len());
-            return Err(source.unsupported(Place::Whole, what, "name the data of the sizes `size`"));
-        }
+    let only = if let [only] = &data[..] { Some(only) } else { None };
+    let Some(found) = data.iter().find(|data| data.name == "size").or(only) else {
+        let what = format!("a mesh with {} sections $NodeData of numbers", data.len());
+        return Err(source.unsupported(Place::Whole, what, "name the data of the sizes `size`"));
     };
     let known = found.values.iter().filter(|value| !value.is_nan()).count() as u64;
     if known < found.values.len() as u64 {

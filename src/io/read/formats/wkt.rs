@@ -17,7 +17,7 @@ pub fn read_domain(source: Source<'_>, _: &mut ReadProgress<'_>) -> Result<Domai
 pub fn read(source: Source<'_>) -> Result<MapFile, InputError> {
     let data = source.data.strip_prefix(b"\xef\xbb\xbf").unwrap_or(source.data);
     let at = source.data.len() - data.len();
-    let mut reader = Reader { source, at, map: MapFile::default() };
+    let mut reader = Reader { source, at, depth: 0, map: MapFile::default() };
     while reader.peek().is_some() {
         reader.map.shapes.features += 1;
         reader.system()?;
@@ -33,6 +33,9 @@ pub fn read(source: Source<'_>) -> Result<MapFile, InputError> {
 const KINDS: [&str; 7] =
     ["POLYGON", "MULTIPOLYGON", "LINESTRING", "MULTILINESTRING", "POINT", "MULTIPOINT", "GEOMETRYCOLLECTION"];
 
+/// The largest number of collections inside each other. JSON has a similar limit.
+const DEEPEST: usize = 100;
+
 /// Whether the data begin with a geometry.
 pub fn is_wkt(data: &[u8]) -> bool {
     let end = data.iter().position(|b| !b.is_ascii_alphabetic()).unwrap_or(data.len());
@@ -47,13 +50,15 @@ enum Axes {
     Unsaid,
     /// A height.
     Z,
-    /// A measure, which is no height.
+    /// A measure, not a height.
     M,
 }
 
 struct Reader<'a> {
     source: Source<'a>,
     at: usize,
+    /// The number of collections around the position.
+    depth: usize,
     map: MapFile,
 }
 
@@ -150,8 +155,18 @@ impl Reader<'_> {
                 r.position(axes)?;
                 if is_nested { r.expect(b')', "`)` after a point") } else { Ok(()) }
             }),
-            _ => self.members(Self::geometry),
+            _ => self.collection(),
         }
+    }
+
+    fn collection(&mut self) -> Result<(), InputError> {
+        if self.depth == DEEPEST {
+            return Err(self.bad("at most 100 collections inside each other"));
+        }
+        self.depth += 1;
+        self.members(Self::geometry)?;
+        self.depth -= 1;
+        Ok(())
     }
 
     /// Reads the word `EMPTY`.

@@ -22,7 +22,8 @@ fn areas(input: &Input<DVec2>) -> Vec<(f64, f64)> {
     let mut areas = std::collections::BTreeMap::new();
     for component in domain.components.iter().filter(|c| c.inside) {
         let name = input.regions[component.region.unwrap() as usize].attribute;
-        *areas.entry(name as u64).or_insert(0.0) += component.measure / 4f64.powi(domain.simplices.exponent);
+        *areas.entry(name as u64).or_insert(0.0) +=
+            component.measure / 4f64.powi(domain.simplices.frame.exponent);
     }
     areas.into_iter().map(|(name, area)| (name as f64, area)).collect()
 }
@@ -83,6 +84,25 @@ fn what_is_wrong_is_named() {
     ] {
         let error = read(name, text).unwrap_err().to_string();
         assert!(error.contains(word), "{error}");
+    }
+    let nested = |kind: &str| kind.repeat(1_000_000);
+    let error = read("a.wkt", &nested("GEOMETRYCOLLECTION (")).unwrap_err().to_string();
+    assert!(error.contains("at most 100 collections"), "{error}");
+    let list = format!("{{\"type\":\"Polygon\",\"coordinates\":{}", nested("["));
+    let error = read("a.geojson", &list).unwrap_err().to_string();
+    assert!(error.contains("JSON") && error.len() < 1000, "{error}");
+}
+
+/// Cut and changed files cause errors at most.
+#[test]
+fn damaged_maps_are_survived() {
+    for (name, text) in [("a.geojson", COLLECTION), ("a.wkt", TEXT)] {
+        for cut in 0..text.len() {
+            let _ = read(name, &text[..cut]);
+            for byte in ["9", "(", ",", "[", "}", " "] {
+                let _ = read(name, &[&text[..cut], byte, &text[cut + 1..]].concat());
+            }
+        }
     }
 }
 

@@ -123,16 +123,13 @@ impl<'a> Elements<'a> {
     /// facets is needed.
     pub fn of(mesh: &MeshView<'a>, order: Order) -> Result<Self, TopologyError> {
         let d = mesh.dimension;
-        let ((faces, markers), regions) = match mesh.labels {
-            Some(labels) => (
-                (Cow::Borrowed(&labels.faces.vertices[..]), labels.faces.markers.clone()),
-                region_numbers(labels),
-            ),
-            None => {
-                let hull = topology::hull(d, mesh.point_count(), mesh.cells)?;
-                let count = hull.len() / d;
-                ((Cow::Owned(hull), vec![1; count]), vec![1; mesh.cell_count()])
-            }
+        let (faces, markers, regions) = if let Some(labels) = mesh.labels {
+            let faces = Cow::Borrowed(&labels.faces.vertices[..]);
+            (faces, labels.faces.markers.clone(), region_numbers(labels))
+        } else {
+            let hull = topology::hull(d, mesh.point_count(), mesh.cells)?;
+            let count = hull.len() / d;
+            (Cow::Owned(hull), vec![1; count], vec![1; mesh.cell_count()])
         };
         let of_segments = mesh.labels.map_or((&[][..], Vec::new()), |labels: &'a Labels| {
             (&labels.edges.vertices[..], labels.edges.markers.clone())

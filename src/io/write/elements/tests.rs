@@ -47,7 +47,8 @@ fn midpoints_follow_the_corners_in_the_order_of_vtk() {
                     block.corners(row).iter().map(|&v| elements.place(v as usize)).collect();
                 let nodes = &block.row(row)[corners.len()..];
                 for (node, [i, j]) in nodes.iter().zip(EDGES) {
-                    let middle: [f64; 3] = std::array::from_fn(|k| (corners[i][k] + corners[j][k]) / 2.0);
+                    let middle: [f64; 3] =
+                        std::array::from_fn(|k| f64::midpoint(corners[i][k], corners[j][k]));
                     assert_eq!(elements.place(*node as usize), middle);
                 }
             }

@@ -97,7 +97,9 @@ fn write_block(
             let name = if line == 0 { name } else { "+" };
             // Writing to a vector cannot fail.
             let _ = write!(buffer, "{name:<8}");
-            fields.iter().for_each(|field| drop(write!(buffer, "{field:<8}")));
+            for field in fields {
+                let _ = write!(buffer, "{field:<8}");
+            }
             if (line + 1) * FIELDS < count {
                 buffer.push(b'+');
             }

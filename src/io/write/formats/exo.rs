@@ -54,7 +54,7 @@ pub fn write(
     }
     file.variable("time_whole", Kind::Double, &[time], |_, _| {});
     let axis_names = ["x", "y", "z"][..axes].iter().map(|&axis| axis.to_owned()).collect();
-    file.names("coor_names", &[space, name], NAME, axis_names);
+    file.names("coor_names", [space, name], NAME, axis_names);
     add_blocks(&mut file, name, elements, &blocks)?;
     add_side_sets(&mut file, name, elements, &blocks)?;
     add_node_sets(&mut file, name, &elements.edges)?;
@@ -76,7 +76,7 @@ fn add_list(
         push_ints(buffer, [u64::from(groups.tag(at))]);
     });
     file.describe("name", Value::Text("ID".to_owned()));
-    file.names(&format!("{prefix}_names"), &[list, name], NAME, names);
+    file.names(&format!("{prefix}_names"), [list, name], NAME, names);
     Ok(())
 }
 

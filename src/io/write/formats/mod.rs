@@ -123,79 +123,82 @@ pub const fn writer(format: Format) -> Writer {
             ..SET
         },
         Format::Ele | Format::Faces => SET,
-        Format::Xyz => Writer {
-            points: Some(|out, points, _, progress| table::write(out, points, b' ', progress)),
-            holds_any_dimension: true,
-            ..NONE
-        },
-        Format::Csv => Writer {
-            points: Some(|out, points, _, progress| table::write(out, points, b',', progress)),
-            holds_any_dimension: true,
-            ..NONE
-        },
+        Format::Xyz => {
+            Writer { points: Some(|out, p, _, progress| table::write(out, p, b' ', progress)), ..TABLE }
+        }
+        Format::Csv => {
+            Writer { points: Some(|out, p, _, progress| table::write(out, p, b',', progress)), ..TABLE }
+        }
         Format::Npy => NPY,
-        Format::Off => Writer {
-            mesh: Some(Body::One(|out, mesh, _, progress| off::write(out, mesh, progress))),
-            points: Some(|out, points, _, progress| off::write_points(out, points, progress)),
-            ..NONE
-        },
-        Format::Ply => Writer {
-            mesh: Some(Body::One(|out, mesh, _, progress| ply::write_surface(out, mesh, progress))),
-            points: Some(|out, points, _, progress| ply::write(out, points, progress)),
-            ..NONE
-        },
-        Format::Stl => Writer {
-            mesh: Some(Body::One(|out, mesh, _, progress| stl::write(out, mesh, progress))),
-            records: |mesh| mesh.cell_count() as u64,
-            ..NONE
-        },
-        Format::Obj => Writer {
-            mesh: Some(Body::One(|out, mesh, _, progress| obj::write(out, mesh, progress))),
-            points: Some(|out, points, _, progress| table::write_obj(out, points, progress)),
-            ..NONE
-        },
-        Format::Svg => Writer {
-            mesh: Some(Body::One(|out, mesh, _, progress| svg::write(out, mesh, progress))),
-            records: svg::records,
-            ..NONE
-        },
+        Format::Off => OFF,
+        Format::Ply => PLY,
+        Format::Stl => STL,
+        Format::Obj => OBJ,
+        Format::Svg => SVG,
         Format::Vtu => VTU,
         Format::Pvtu => Writer { mesh: Some(Body::Pieces), records: grid_records, way: Way::Pieces, ..NONE },
         Format::Vtk => VTK,
-        Format::Msh => Writer {
-            mesh: Some(Body::One(|out, mesh, options, progress| {
-                msh::write(out, mesh, (options.msh, options.order), progress)
-            })),
-            ..NONE
-        },
-        Format::Msh22 => Writer {
-            mesh: Some(Body::One(|out, mesh, options, progress| {
-                msh::write(out, mesh, (MshVersion::V22, options.order), progress)
-            })),
-            ..NONE
-        },
-        Format::Msh41 => Writer {
-            mesh: Some(Body::One(|out, mesh, options, progress| {
-                msh::write(out, mesh, (MshVersion::V41, options.order), progress)
-            })),
-            ..NONE
-        },
-        Format::Medit => Writer {
-            mesh: Some(Body::One(|out, mesh, _, progress| medit::write(out, mesh, progress))),
-            ..NONE
-        },
-        Format::Xdmf => Writer { mesh: Some(Body::One(xdmf::write)), ..NONE },
-        Format::Inp => Writer { mesh: Some(Body::One(inp::write)), ..NONE },
-        Format::Su2 => {
-            Writer { mesh: Some(Body::One(|out, mesh, _, progress| su2::write(out, mesh, progress))), ..NONE }
+        Format::Msh => {
+            one(|out, mesh, options, progress| msh::write(out, mesh, (options.msh, options.order), progress))
         }
-        Format::Bdf => Writer { mesh: Some(Body::One(bdf::write)), ..NONE },
-        Format::Exo => Writer { mesh: Some(Body::One(exo::write)), ..NONE },
+        Format::Msh22 => one(|out, mesh, options, progress| {
+            msh::write(out, mesh, (MshVersion::V22, options.order), progress)
+        }),
+        Format::Msh41 => one(|out, mesh, options, progress| {
+            msh::write(out, mesh, (MshVersion::V41, options.order), progress)
+        }),
+        Format::Medit => one(|out, mesh, _, progress| medit::write(out, mesh, progress)),
+        Format::Xdmf => one(xdmf::write),
+        Format::Inp => one(inp::write),
+        Format::Su2 => one(|out, mesh, _, progress| su2::write(out, mesh, progress)),
+        Format::Bdf => one(bdf::write),
+        Format::Exo => one(exo::write),
         Format::PolyMesh => Writer { mesh: Some(Body::Folder), ..NONE },
-        Format::Poly | Format::Smesh | Format::GeoJson | Format::Wkt => NONE,
-        Format::Vtp | Format::Npz | Format::Las => NONE,
+        Format::Poly
+        | Format::Smesh
+        | Format::GeoJson
+        | Format::Wkt
+        | Format::Vtp
+        | Format::Npz
+        | Format::Las => NONE,
     }
 }
+
+/// Returns the functions of a format that holds meshes in one file, and no sets of points.
+const fn one(write: WriteFile) -> Writer {
+    Writer { mesh: Some(Body::One(write)), ..NONE }
+}
+
+/// Tables of points.
+const TABLE: Writer = Writer { holds_any_dimension: true, ..NONE };
+
+/// Geomview.
+const OFF: Writer = Writer {
+    points: Some(|out, points, _, progress| off::write_points(out, points, progress)),
+    ..one(|out, mesh, _, progress| off::write(out, mesh, progress))
+};
+
+/// Stanford polygons.
+const PLY: Writer = Writer {
+    points: Some(|out, points, _, progress| ply::write(out, points, progress)),
+    ..one(|out, mesh, _, progress| ply::write_surface(out, mesh, progress))
+};
+
+/// Stereolithography.
+const STL: Writer = Writer {
+    records: |mesh| mesh.cell_count() as u64,
+    ..one(|out, mesh, _, progress| stl::write(out, mesh, progress))
+};
+
+/// Wavefront.
+const OBJ: Writer = Writer {
+    points: Some(|out, points, _, progress| table::write_obj(out, points, progress)),
+    ..one(|out, mesh, _, progress| obj::write(out, mesh, progress))
+};
+
+/// Pictures.
+const SVG: Writer =
+    Writer { records: svg::records, ..one(|out, mesh, _, progress| svg::write(out, mesh, progress)) };
 
 /// The arrays of `NumPy`.
 const NPY: Writer = Writer {

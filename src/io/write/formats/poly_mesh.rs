@@ -1,8 +1,8 @@
-//! `polyMesh`: the folder of a mesh of OpenFOAM, text, with the files `points`, `faces`, `owner`, `neighbour`,
-//! `boundary`, `cellZones` and `faceZones`.
+//! `polyMesh`: the folder of a mesh of `OpenFOAM`, text, with the files `points`, `faces`, `owner`,
+//! `neighbour`, `boundary`, `cellZones` and `faceZones`.
 //!
-//! Faces between cells come first, in the order of OpenFOAM: by the smaller cell, then by the larger one, and out of the
-//! smaller one. Boundary faces follow, a patch for each marker, out of their cells. A region is a zone of cells. The faces
+//! Faces between cells come first, in the order of `OpenFOAM`: by the smaller cell, then by the larger one, and out of
+//! the smaller one. Boundary faces follow, a patch for each marker, out of their cells. A region is a zone of cells. The faces
 //! of a marker that lie between two cells are a zone of faces.
 
 use std::io::{self, Write};
@@ -30,7 +30,7 @@ struct Face {
 
 /// The faces in the order of the file, and the number of those between cells.
 struct Faces {
-    faces: Vec<Face>,
+    all: Vec<Face>,
     inner: usize,
     /// The names of the patches, and their numbers of faces.
     patches: Vec<(String, usize)>,
@@ -57,20 +57,20 @@ pub fn write(
     })?;
     folder.write_named("faces", |out| {
         head(out, "faceList", "faces", "")?;
-        list(out, faces.faces.len(), progress, |buffer, i| {
-            let [a, b, c] = faces.faces[i].vertices;
+        list(out, faces.all.len(), progress, |buffer, i| {
+            let [a, b, c] = faces.all[i].vertices;
             // Writing to a vector cannot fail.
             let _ = writeln!(buffer, "3({a} {b} {c})");
         })
     })?;
-    let (count, inner) = (faces.faces.len(), faces.inner);
+    let (count, inner) = (faces.all.len(), faces.inner);
     let note =
         format!("nPoints:{}  nCells:{cells}  nFaces:{count}  nInternalFaces:{inner}", mesh.point_count());
     for (name, length) in [("owner", count), ("neighbour", inner)] {
         folder.write_named(name, |out| {
             head(out, "labelList", name, &note)?;
             list(out, length, progress, |buffer, i| {
-                let face = &faces.faces[i];
+                let face = &faces.all[i];
                 push_integer(buffer, if name == "owner" { face.owner } else { face.neighbour });
                 buffer.push(b'\n');
             })
@@ -117,7 +117,7 @@ fn collect(elements: &Elements<'_>) -> Result<Faces, WriteFault> {
             _ => patches.push((name, 1)),
         }
     }
-    Ok(Faces { faces, inner, patches })
+    Ok(Faces { all: faces, inner, patches })
 }
 
 /// Writes the head of a file.
@@ -176,7 +176,7 @@ fn write_face_zones(out: &mut dyn Write, elements: &Elements<'_>, faces: &Faces)
     head(out, "regIOobject", "faceZones", "")?;
     let groups = &elements.faces.groups;
     let mut zones = vec![Vec::new(); groups.len()];
-    for (at, face) in faces.faces[..faces.inner].iter().enumerate() {
+    for (at, face) in faces.all[..faces.inner].iter().enumerate() {
         if let Some(group) = face.group {
             zones[group].push(at);
         }

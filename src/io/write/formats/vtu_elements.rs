@@ -36,7 +36,9 @@ pub fn write(
     arrays.push(points(elements));
     let connectivity: Record<'_> = Box::new(|buffer, i| {
         let (block, row) = elements.at(i);
-        elements.blocks()[block].row(row).iter().for_each(|node| buffer.extend(node.to_le_bytes()));
+        for node in elements.blocks()[block].row(row) {
+            buffer.extend_from_slice(&node.to_le_bytes());
+        }
     });
     let bytes = 8 * elements.blocks().iter().map(|block| block.len() * block.width).sum::<usize>();
     arrays

@@ -40,7 +40,7 @@ fn files(name: &str, order: Order) -> HashMap<String, Vec<u8>> {
     let options = WriteOptions { order, ..WriteOptions::default() };
     let path = directory.path().join(name);
     check_output(&path, &options).unwrap();
-    assert_eq!(write(&path, &view, &options, &mut |_, _| {}).unwrap(), [path.clone()]);
+    assert_eq!(write(&path, &view, &options, &mut |_, _| {}).unwrap(), std::slice::from_ref(&path));
     let folder = if path.is_dir() { &path } else { directory.path() };
     fs::read_dir(folder)
         .unwrap()
@@ -215,5 +215,91 @@ fn dimensions_and_orders_that_a_format_lacks_are_refused_by_name() {
     for format in Format::ALL.iter().filter(|format| format.row().has_order_2) {
         let path = path(&format!("m.{}", format.name()));
         write(Path::new(&path), &kuhn(1).view(), &options, &mut |_, _| {}).unwrap();
+    }
+}
+
+#[test]
+fn zz_export() {
+    for (sample, name) in [(kuhn(3), "space"), (squares(4), "plane")] {
+        let d = sample.dimension;
+        let view = sample.view();
+        let hull = crate::write::topology::adjacency(d, view.point_count(), view.cells).unwrap();
+        let at = |v: u64| &view.coordinates[v as usize * d..][..d];
+        let centre = |row: &[u64], axis: usize| row.iter().map(|&v| at(v)[axis]).sum::<f64>() / row.len() as f64;
+        let top = (0..view.point_count() as u64).map(|v| at(v)[0]).fold(0.0, f64::max);
+        let component = |row: &[u64]| if centre(row, 0) < top / 3.0 { 1u32 } else { 2 };
+        let cells: Vec<&[u64]> = view.cells.chunks_exact(d + 1).collect();
+        let regions: Vec<u32> = cells.iter().map(|row| component(row)).collect();
+        let attributes = regions.iter().map(|r| if *r == 1 { 10.0 } else { 0.0 }).collect();
+        let mut faces = Patches::default();
+        let mut sides = Vec::new();
+        let side_of = |row: &[u64]| {
+            for axis in 0..d {
+                if row.iter().all(|&v| at(v)[axis] == 0.0) {
+                    return 11 + axis as i64;
+                }
+                if row.iter().all(|&v| at(v)[axis] == top) {
+                    return [0, -2, 5][axis];
+                }
+            }
+            77
+        };
+        for (c, cell) in cells.iter().enumerate() {
+            for i in 0..=d {
+                let other = hull.neighbours[c * (d + 1) + i];
+                let inner = other != u64::MAX;
+                if inner && (regions[other as usize] == regions[c] || regions[c] == 2) {
+                    continue;
+                }
+                let mut row: Vec<u64> = cell.iter().enumerate().filter(|(k, _)| *k != i).map(|(_, v)| *v).collect();
+                if i % 2 == 1 {
+                    row.swap(d - 2, d - 1);
+                }
+                faces.of.push(0);
+                faces.markers.push(if inner { 7 } else { side_of(&row) });
+                faces.vertices.extend(row);
+                sides.push([regions[c], if inner { regions[other as usize] } else { 0 }]);
+            }
+        }
+        let mut edges = Patches::default();
+        if d == 3 {
+            let all = crate::write::topology::edges(3, view.point_count(), view.cells).unwrap();
+            for [a, b] in all {
+                let on = (0..3).filter(|&k| at(a)[k] == at(b)[k] && [0.0, top].contains(&at(a)[k])).count();
+                if on == 2 {
+                    edges.vertices.extend([a, b]);
+                    edges.of.push(0);
+                    edges.markers.push(i64::from(at(a)[0] == 0.0) * 4);
+                }
+            }
+        }
+        let n = view.point_count();
+        let labels = Labels {
+            regions,
+            attributes,
+            faces,
+            sides,
+            edges,
+            point_markers: vec![5; n],
+            sizes: (0..n).map(|i| i as f64 + 1.0).collect(),
+            carriers: vec![[0, 0]; n],
+        };
+        let view = MeshView { labels: Some(&labels), owner: None, owning_leaf: None, ..view };
+        let folder = Path::new("/tmp/files/out").join(name);
+        fs::create_dir_all(&folder).unwrap();
+        for (stem, order) in [("m", Order::One), ("q", Order::Two)] {
+            let options = WriteOptions { order, ..WriteOptions::default() };
+            for extension in ["vtu", "vtk", "msh", "msh22", "xdmf", "inp", "bdf", "exo", "su2", "1.ele"] {
+                if order == Order::Two && ["su2", "1.ele"].contains(&extension) {
+                    continue;
+                }
+                let path = folder.join(format!("{stem}.{extension}"));
+                write(&path, &view, &options, &mut |_, _| {}).unwrap();
+            }
+            fs::copy(folder.join(format!("{stem}.msh22")), folder.join(format!("{stem}.v2.msh"))).unwrap();
+            if order == Order::One && d == 3 {
+                write(&folder.join("polyMesh"), &view, &options, &mut |_, _| {}).unwrap();
+            }
+        }
     }
 }

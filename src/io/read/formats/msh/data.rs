@@ -37,10 +37,7 @@ pub fn read<'a>(
             }
         }
     }
-    let (components, rows) = match integers[..] {
-        [_, components, rows, ..] => (components, rows),
-        _ => return Ok(None),
-    };
+    let [_, components, rows, ..] = integers[..] else { return Ok(None) };
     let mut values = vec![f64::NAN; usize::try_from(tags.count).unwrap_or(0)];
     for found in 0..rows {
         let line = section.line(rows, found)?;

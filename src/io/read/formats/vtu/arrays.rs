@@ -90,27 +90,7 @@ pub fn open(source: Source<'_>) -> Result<Arrays<'_>, InputError> {
             (b"DataArray", false) => {
                 let (text, end) = if tag.empty { (b"".as_slice(), at) } else { content(source, &tag)? };
                 at = end;
-                let name = tag.attribute("Name").unwrap_or_default();
-                let array = || declared(source, &tag, text);
-                match (section, name) {
-                    (b"Points", _) => grid.points = Some(array()?),
-                    (b"Cells" | b"Polys", "connectivity") => grid.connectivity = Some(array()?),
-                    (b"Cells" | b"Polys", "offsets") => grid.offsets = Some(array()?),
-                    (b"Cells", "types") => grid.types = Some(array()?),
-                    (b"PointData", "GlobalPointIds") => grid.point_ids = array().ok(),
-                    (b"PointData", "vtkGhostType") => grid.point_ghosts = array().ok(),
-                    (b"PointData", name) => {
-                        let is_value = |array: &DataArray<'_>| {
-                            matches!(array.scalar, Scalar::F32 | Scalar::F64) && array.components == 1
-                        };
-                        let values = array().ok().filter(is_value);
-                        grid.point_values.extend(values.map(|array| (name.to_owned(), array)));
-                    }
-                    (b"CellData", "vtkGhostType") => grid.ghosts = array().ok(),
-                    (b"CellData", "GlobalCellIds") => grid.cell_ids = array().ok(),
-                    (b"CellData", "owner") => grid.owners = array().ok(),
-                    _ => {}
-                }
+                grid.take_array(section, &tag, text)?;
             }
             (b"AppendedData", false) => {
                 grid.appended = Some(appended(source, &tag)?);
@@ -131,7 +111,34 @@ pub fn open(source: Source<'_>) -> Result<Arrays<'_>, InputError> {
     }
 }
 
-impl Arrays<'_> {
+impl<'a> Arrays<'a> {
+    /// Takes an array of a section, if it has a use.
+    fn take_array(&mut self, section: &[u8], tag: &Tag<'a>, text: &'a [u8]) -> Result<(), InputError> {
+        let name = tag.attribute("Name").unwrap_or_default();
+        let source = self.source;
+        let array = || declared(source, tag, text);
+        match (section, name) {
+            (b"Points", _) => self.points = Some(array()?),
+            (b"Cells" | b"Polys", "connectivity") => self.connectivity = Some(array()?),
+            (b"Cells" | b"Polys", "offsets") => self.offsets = Some(array()?),
+            (b"Cells", "types") => self.types = Some(array()?),
+            (b"PointData", "GlobalPointIds") => self.point_ids = array().ok(),
+            (b"PointData", "vtkGhostType") => self.point_ghosts = array().ok(),
+            (b"PointData", name) => {
+                let is_value = |array: &DataArray<'_>| {
+                    matches!(array.scalar, Scalar::F32 | Scalar::F64) && array.components == 1
+                };
+                let values = array().ok().filter(is_value);
+                self.point_values.extend(values.map(|array| (name.to_owned(), array)));
+            }
+            (b"CellData", "vtkGhostType") => self.ghosts = array().ok(),
+            (b"CellData", "GlobalCellIds") => self.cell_ids = array().ok(),
+            (b"CellData", "owner") => self.owners = array().ok(),
+            _ => {}
+        }
+        Ok(())
+    }
+
     /// Takes the numbers of points and cells from the tag of a piece.
     fn take_counts(&mut self, tag: &Tag<'_>) -> Result<(), InputError> {
         let source = self.source;

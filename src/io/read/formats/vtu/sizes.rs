@@ -13,12 +13,10 @@ use septet_core::mesh::field::SizeField;
 pub fn read_sizes(source: Source<'_>) -> Result<SizeField, InputError> {
     let grid = arrays::open(source)?;
     let named = |(name, _): &&(String, DataArray<'_>)| name == "size";
-    let found = match (grid.point_values.iter().find(named), &grid.point_values[..]) {
-        (Some((_, array)), _) | (None, [(_, array)]) => array,
-        _ => {
-            let what = format!("a mesh with {} arrays of numbers at its points", grid.point_values.len());
-            return Err(source.unsupported(Place::Whole, what, "name the array of the sizes `size`"));
-        }
+    let only = if let [only] = &grid.point_values[..] { Some(only) } else { None };
+    let Some((_, found)) = grid.point_values.iter().find(named).or(only) else {
+        let what = format!("a mesh with {} arrays of numbers at its points", grid.point_values.len());
+        return Err(source.unsupported(Place::Whole, what, "name the array of the sizes `size`"));
     };
     let sizes = grid.values(found, Scalar::float, number)?;
     mesh_sizes::field(source, parse(source, &ReadOptions::default())?, &sizes)
