@@ -10,8 +10,7 @@ use septet_core::model::MeshView;
 use septet_core::result::unfolded::Unfolded;
 use septet_core::spec::Control;
 use septet_doors::{Call, Failure, Method, Periodic, Request, Sites, Triangulated};
-use septet_io::read::Column;
-use septet_io::write::{OutputError, WriteOptions, check_output, write};
+use septet_io::write::{OutputError, WriteOptions, check_output, image_columns, write};
 use septet_lab::report::{RunContext, RunReport};
 
 use crate::arrays::{self, Array, Width, flat};
@@ -403,7 +402,7 @@ impl Core {
         watch: &Watch,
     ) -> Result<(), OutputError> {
         let t = &self.made;
-        let columns = unfolded.as_ref().map(|of| columns_of(of, t.columns())).unwrap_or_default();
+        let columns = unfolded.as_ref().map(|of| image_columns(of, t.columns(), None)).unwrap_or_default();
         let (points, cells) = match unfolded {
             Some(of) => (of.coordinates, of.cells),
             None => (t.points(), map(t.cells(), |&v| u64::from(v))),
@@ -421,14 +420,4 @@ impl Core {
         let options = WriteOptions { point_data: &columns, ..*options };
         write(path, &view, &options, &mut |_, _| watch.unwind_if_cancelled()).map(|_| ())
     }
-}
-
-/// Returns the row and the offset of each point, as the program writes them.
-fn columns_of(of: &Unfolded, dimension: usize) -> Vec<Column> {
-    let axis = |(axis, name): (usize, &str)| {
-        let values = of.offsets.iter().skip(axis).step_by(dimension).map(|&steps| f64::from(steps));
-        Column { name: format!("image_{name}"), values: values.collect() }
-    };
-    let site = Column { name: "site".to_owned(), values: of.rows.iter().map(|&row| row as f64).collect() };
-    std::iter::once(site).chain(["x", "y", "z"].into_iter().take(dimension).enumerate().map(axis)).collect()
 }

@@ -8,6 +8,7 @@ mod cell_range;
 mod error;
 mod folder;
 mod formats;
+mod images;
 mod labels;
 mod names;
 mod offsets;
@@ -31,6 +32,7 @@ use std::path::{Path, PathBuf};
 use septet_core::model::MeshView;
 
 pub use error::OutputError;
+pub use images::image_columns;
 pub use names::faces_path;
 pub use offsets::{check_offsets_output, write_offsets};
 pub use options::{MshVersion, WriteOptions};
