@@ -218,6 +218,9 @@ impl Core {
     /// Returns the offsets of the vertices of the simplices in a periodic box, or none.
     fn offsets(&self, py: Python<'_>) -> PyResult<Option<Array>> {
         let d = self.made.columns();
+        if !self.is_periodic() {
+            return Ok(None);
+        }
         // The copy is made without the interpreter.
         let offsets = self.whole(py, |t, call| call.within(|| t.offsets().map(<[i32]>::to_vec)))?;
         offsets.map(|offsets| arrays::blocks(py, offsets, [d + 1, d])).transpose()

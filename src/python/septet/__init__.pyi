@@ -188,7 +188,7 @@ class Delaunay:
         hidden point has -1 for both."""
     @property
     def hidden(self) -> Ids:
-        """(k,). Points that weights hide, ascending: they are no vertices. Empty without weights."""
+        """(k,). Points that weights hide, ascending: they are not vertices. Empty without weights."""
     @property
     def offsets(self) -> npt.NDArray[np.int32] | None:
         """(m, d + 1, d). In a periodic box, the vertices lie at points[simplices] + offsets * period, with 0 in the place of None in

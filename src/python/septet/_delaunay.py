@@ -33,7 +33,7 @@ class Delaunay(Queries):
         space, are no error: there are no simplices, and `dimension` is less than `ndim`.
     weights : array_like of shape (n,), optional
         Weights of the points, which are squared lengths: the triangulation is then the regular one, the dual of the power
-        diagram. For balls of radius r, pass ``weights=r**2``. Points whose lifts lie above the lower hull are no vertices;
+        diagram. For balls of radius r, pass ``weights=r**2``. Points whose lifts lie above the lower hull are not vertices;
         they are listed in `hidden`. Queries of nearest points, natural neighbours and alpha shapes raise OptionError.
     period : float or array_like of shape (d,), optional
         Lengths of a box that repeats, from `origin` on; None for an axis that is not periodic. The simplices are one of
@@ -212,15 +212,15 @@ class Delaunay(Queries):
 
         def make() -> Any:
             pairs = self.duplicates
-            simplices = self.vertex_to_simplex[pairs[:, 0]]
-            columns = (pairs[:, 0], simplices, np.where(simplices < 0, simplices, pairs[:, 1]))
+            vertices = np.where(np.isin(pairs[:, 1], self.hidden), pairs.dtype.type(-1), pairs[:, 1])
+            columns = (pairs[:, 0], self.vertex_to_simplex[pairs[:, 0]], vertices)
             return arguments.frozen(np.ascontiguousarray(np.stack(columns, axis=1)))
 
         return self._made("coplanar", make)
 
     @property
     def hidden(self) -> Any:
-        """(k,). Points that weights hide, ascending: they are no vertices. Empty without weights."""
+        """(k,). Points that weights hide, ascending: they are not vertices. Empty without weights."""
         return self._made("hidden", self._core.hidden)
 
     @property

@@ -126,7 +126,7 @@ def test_meshes(tmp_path: Any) -> None:
     def with_array(at: int, array: Any) -> "list[Any]":
         return [array if i == at else each for i, each in enumerate(arrays)]
 
-    odd = [with_array(at, np.append(arrays[at], arrays[at][:1])) for at in (7, 13)]
+    odd = [with_array(at, np.append(arrays[at], arrays[at].dtype.type(1))) for at in (7, 13)]
     large = with_array(5, np.full_like(arrays[5], 2**32 - 1))
     without_regions = with_array(2, arrays[2][:0])
     for contents in (*odd, large, without_regions):
