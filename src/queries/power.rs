@@ -96,7 +96,7 @@ pub fn power_volumes<P: Dimension>(
     Ok(loops::map(sites.len(), |site| diagram.volume(site)))
 }
 
-/// Returns the centroid of the power cell of each site in a region, and NaN for a site that is no vertex or has an empty cell. In a
+/// Returns the centroid of the power cell of each site in a region, and NaN for a site that is not a vertex or has an empty cell. In a
 /// periodic box, a cell lies around its site, and not around an image.
 ///
 /// # Errors
