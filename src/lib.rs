@@ -220,7 +220,7 @@ pub mod queries {
     #[doc(inline)]
     pub use septet_queries::{
         AlphaFiltration, AlphaShape, Barycentric, Clipped, Dimension, Method, NONE, Polytope, QueryError,
-        Ragged, Region, Ridges, Tessellation, Weights, power_cells, power_volumes,
+        Ragged, Region, Ridges, Tessellation, Weights, power_cells, power_centroids, power_volumes,
     };
 }
 

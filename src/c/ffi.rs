@@ -8,7 +8,7 @@ use std::mem::{offset_of, size_of};
 use std::ptr::null;
 use std::sync::atomic::AtomicI32;
 
-use septet_doors::Failure;
+use septet_doors::{Failure, check_columns};
 
 use crate::handle::{self, Handle, call, method, narrow, wide};
 use crate::last::{last, status, value};
@@ -40,7 +40,7 @@ pub struct Options {
     pub origin: *const f64,
     /// Whether points outside of the periodic box are admitted: 0 or 1.
     pub wrap: u32,
-    /// Not used.
+    /// 0.
     pub reserved: u32,
 }
 
@@ -115,7 +115,10 @@ impl Options {
         options.period = array(field!(period: *const f64), dimension, "period")?;
         options.origin = array(field!(origin: *const f64), dimension, "origin")?;
         options.wrap = field!(wrap: u32).unwrap_or(options.wrap);
-        Ok(options)
+        match field!(reserved: u32).unwrap_or(0) {
+            0 => Ok(options),
+            other => Err(Failure::usage(format!("reserved is {other}: pass 0"))),
+        }
     }
 }
 
@@ -249,6 +252,8 @@ pub unsafe extern "C" fn septet_triangulate(
 ) -> i32 {
     status(|| {
         aligned(out.cast_const(), "out")?;
+        // The options have as many numbers of a box as a point has.
+        check_columns(dimension as usize)?;
         // SAFETY: the caller promises it.
         let (points, options) = unsafe {
             (

@@ -2,14 +2,15 @@
 
 use septet_core::result::periodic::PeriodicCells;
 use septet_core::{Outcome, cores};
-use septet_queries::NONE;
+use septet_queries::{NONE, volumes_in_box};
 
 use crate::failure::Failure;
+use crate::rows::Rows;
 
 /// A vertex of a facet: the row, and the numbers of lengths to its image.
 type Vertex = (u32, [i32; 3]);
 
-/// Number of rows whose facets one core sorts in turn.
+/// Number of rows whose facets one core sorts in turn, and of items of a serial loop between two looks at the flag of the call.
 const BLOCK: usize = 1 << 12;
 
 /// The cells of a triangulation in a periodic box.
@@ -50,7 +51,8 @@ impl Folded {
                 format!("there are {} cells, but {} can be addressed", run.cell_count(), NONE - 1),
             ));
         }
-        let cells: Vec<u32> = run.cells().iter().map(|&row| row as u32).collect();
+        // The run does not keep these rows.
+        let cells = cores::map(&part.rows(), |&row| row as u32);
         let offsets = PeriodicCells::offsets(part);
         let neighbours = neighbours((&cells, &offsets), columns, points.len() / columns);
         Ok(Folded {
@@ -78,58 +80,70 @@ impl Folded {
         first
     }
 
-    /// Returns the area or volume of each cell, given the lengths of the box. Edges are rounded.
-    pub(crate) fn volumes(&self, lengths: &[Option<f64>]) -> Vec<f64> {
-        let d = self.columns;
-        let cells = self.cells.chunks_exact(d + 1).zip(self.offsets.chunks_exact(d * (d + 1)));
-        let one = |(cell, offsets): (&[u32], &[i32])| {
-            let along = |corner: usize, axis: usize| {
-                let [x, first] = [cell[corner], cell[0]].map(|v| self.points[v as usize * d + axis]);
-                let steps = offsets[corner * d + axis] - offsets[axis];
-                let length = lengths.get(axis).copied().flatten().unwrap_or(0.0);
-                (x - first) + f64::from(steps) * length
-            };
-            let edge = |corner: usize| [0, 1, 2].map(|axis| if axis < d { along(corner, axis) } else { 0.0 });
-            let [a, b] = [1, 2].map(edge);
-            if d == 2 {
-                return (a[0] * b[1] - a[1] * b[0]) / 2.0;
-            }
-            let c = edge(3);
-            let minor = |i: usize, j: usize| b[i] * c[j] - b[j] * c[i];
-            (a[0] * minor(1, 2) + a[1] * minor(2, 0) + a[2] * minor(0, 1)) / 6.0
-        };
-        cells.map(one).collect()
+    /// Returns the area or volume of each cell, given the lengths of the box, with a relative error below 1e-15.
+    ///
+    /// # Errors
+    /// Fails if there are not 2 or 3 columns.
+    pub(crate) fn volumes(&self, lengths: &[Option<f64>]) -> Result<Vec<f64>, Failure> {
+        let cells = (&self.cells[..], &self.offsets[..]);
+        Ok(match Rows::of(&self.points, self.columns)? {
+            Rows::Plane(points) => volumes_in_box(points, cells, lengths),
+            Rows::Space(points) => volumes_in_box(points, cells, lengths),
+        })
     }
 }
 
+/// Calls `f` with the numbers below `count` in order. Ends the call between blocks if its flag is set.
+fn in_order(count: usize, mut f: impl FnMut(usize)) {
+    for first in (0..count).step_by(BLOCK) {
+        // Before each item, a loop looks at the flag.
+        cores::each(1, &|_| {});
+        (first..count.min(first + BLOCK)).for_each(&mut f);
+    }
+}
+
+/// Two facets that a translation moves to each other: their cells, and the positions of the vertices opposite to them.
+type Pair = [(u32, u8); 2];
+
 /// Returns the cell across the facet opposite each vertex, or [`NONE`] on the hull. Facets are equal if a translation moves one to
 /// the other: their vertices are sorted, which no translation changes, and then the first one has the offset 0. Facets are sorted by
-/// buckets, one for each smallest row.
+/// buckets, one for each smallest row. A bucket lists the cells that have such facets, each once.
 fn neighbours((cells, offsets): (&[u32], &[i32]), columns: usize, rows: usize) -> Vec<u32> {
     let corners = columns + 1;
-    let smallest = |slot: usize| {
-        let first = slot - slot % corners;
-        let others = (first..first + corners).filter(|&at| at != slot);
-        others.map(|at| cells[at] as usize).min().unwrap_or(0)
+    let smallest = |cell: usize, opposite: usize| {
+        let others = (0..corners).filter(|&corner| corner != opposite);
+        others.map(|corner| cells[cell * corners + corner]).min().unwrap_or(0)
     };
-    // `ends` holds the position of the next facet of each bucket, and finally the end of each bucket.
+    // The first vertex is the smallest one, so that only the facet opposite to it may have another bucket.
+    let buckets = |cell: usize| {
+        let [first, second] = [smallest(cell, 1), smallest(cell, 0)];
+        std::iter::once(first).chain((first != second).then_some(second))
+    };
+    let count = cells.len() / corners;
+    // `ends` holds the position of the next cell of each bucket, and finally the end of each bucket.
     let mut ends = vec![0; rows + 1];
-    (0..cells.len()).for_each(|slot| ends[smallest(slot) + 1] += 1);
-    (0..rows).for_each(|row| ends[row + 1] += ends[row]);
-    let mut order = vec![0; cells.len()];
-    for slot in 0..cells.len() {
-        let end = &mut ends[smallest(slot)];
-        order[*end] = slot;
-        *end += 1;
-    }
+    in_order(count, |cell| buckets(cell).for_each(|row| ends[row as usize + 1] += 1));
+    in_order(rows, |row| ends[row + 1] += ends[row]);
+    let mut order = vec![0u32; ends[rows]];
+    in_order(count, |cell| {
+        for row in buckets(cell) {
+            let end = &mut ends[row as usize];
+            order[*end] = cell as u32;
+            *end += 1;
+        }
+    });
     let pairs = cores::map_blocks(rows, BLOCK, |block| {
-        let (mut facets, mut pairs) = (Vec::new(), Vec::new());
+        let (mut facets, mut pairs): (_, Vec<Pair>) = (Vec::new(), Vec::new());
         for row in block {
             let start = row.checked_sub(1).map_or(0, |before| ends[before]);
             facets.clear();
-            facets.extend(
-                order[start..ends[row]].iter().map(|&slot| (facet((cells, offsets), columns, slot), slot)),
-            );
+            for &cell in &order[start..ends[row]] {
+                let own = (0..corners).filter(|&corner| smallest(cell as usize, corner) as usize == row);
+                facets.extend(own.map(|corner| {
+                    let slot = cell as usize * corners + corner;
+                    (facet((cells, offsets), columns, slot), (cell, corner as u8))
+                }));
+            }
             facets.sort_unstable();
             let equal = facets.windows(2).filter(|pair| pair[0].0 == pair[1].0);
             pairs.extend(equal.map(|pair| [pair[0].1, pair[1].1]));
@@ -137,9 +151,13 @@ fn neighbours((cells, offsets): (&[u32], &[i32]), columns: usize, rows: usize) -
         pairs
     });
     let mut across = vec![NONE; cells.len()];
-    for [one, other] in pairs.into_iter().flatten() {
-        across[one] = (other / corners) as u32;
-        across[other] = (one / corners) as u32;
+    for pairs in pairs {
+        in_order(pairs.len(), |at| {
+            let [one, other] = pairs[at];
+            for ((cell, corner), next) in [(one, other.0), (other, one.0)] {
+                across[cell as usize * corners + usize::from(corner)] = next;
+            }
+        });
     }
     across
 }

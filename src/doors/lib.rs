@@ -32,6 +32,7 @@ pub use alpha::{Filtration, Shape};
 pub use call::{Call, Request};
 pub use clipped::Clipped;
 pub use failure::{Failure, Forecast};
+pub use rows::check_columns;
 pub use septet_core::spec::Periodic;
 pub use septet_core::{Code, Door};
 pub use septet_queries::{Barycentric, Method, NONE, Ragged, Ridges, Weights};

@@ -19,14 +19,22 @@ impl<'a> Rows<'a> {
     /// # Errors
     /// Fails if there are not 2 or 3 columns, or if the last row is not whole.
     pub(crate) fn of(flat: &'a [f64], columns: usize) -> Result<Self, Failure> {
-        let advice = match columns {
-            2 => return whole(flat).map(Rows::Plane),
-            3 => return whole(flat).map(Rows::Space),
-            4..=6 => "save them in a file and run `septet triangulate`",
-            _ => "pass 2 coordinates for the plane, or 3 for space",
-        };
-        Err(Failure::usage(format!("points with {columns} coordinates, but 2 or 3 are expected; {advice}")))
+        check_columns(columns)?;
+        if columns == 2 { whole(flat).map(Rows::Plane) } else { whole(flat).map(Rows::Space) }
     }
+}
+
+/// Checks a number of coordinates.
+///
+/// # Errors
+/// Fails if there are not 2 or 3.
+pub fn check_columns(columns: usize) -> Result<(), Failure> {
+    let advice = match columns {
+        2 | 3 => return Ok(()),
+        4..=6 => "save them in a file and run `septet triangulate`",
+        _ => "pass 2 coordinates for the plane, or 3 for space",
+    };
+    Err(Failure::usage(format!("points with {columns} coordinates, but 2 or 3 are expected; {advice}")))
 }
 
 /// Reads points of one dimension.

@@ -115,9 +115,10 @@ impl Query {
                 ("volumes, centroids, vertices and regions of septet.Voronoi", Some("septet_voronoi_volumes"))
             }
             Query::Nearest => ("nearest_vertex", Some("septet_nearest")),
-            Query::Natural => {
-                ("method=\"sibson\" and method=\"laplace\"", Some("SEPTET_SIBSON and SEPTET_LAPLACE"))
-            }
+            Query::Natural => (
+                "method=\"sibson\" and method=\"laplace\"",
+                Some("septet_interpolate with SEPTET_SIBSON or SEPTET_LAPLACE"),
+            ),
             Query::Ridges => ("ridge_points, ridge_vertices and ridge_areas", None),
             Query::Alpha => ("alpha_filtration and alpha_shape", Some("septet_alpha")),
         };
@@ -134,8 +135,12 @@ impl Query {
         }
         let cause = if sites.periodic.is_some() { "in a periodic box" } else { "with weights" };
         let arrays = match (door, &sites.periodic) {
-            (Door::C, Some(_)) => "septet_cells, septet_neighbors, septet_offsets",
-            (Door::C, None) => "septet_cells, septet_neighbors, septet_hidden",
+            (Door::C, Some(_)) => {
+                "septet_cells_i32, septet_cells_i64, septet_neighbors_i32, septet_neighbors_i64, septet_offsets"
+            }
+            (Door::C, None) => {
+                "septet_cells_i32, septet_cells_i64, septet_neighbors_i32, septet_neighbors_i64, septet_hidden"
+            }
             (_, Some(_)) => "simplices, neighbors, offsets",
             (_, None) => "simplices, neighbors, hidden",
         };

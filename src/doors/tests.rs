@@ -4,7 +4,9 @@ use std::sync::Arc;
 use std::sync::Mutex;
 use std::sync::atomic::{AtomicBool, Ordering};
 
-use crate::{Call, Code, Door, Failure, Forecast, Method, NONE, Periodic, Request, Sites, Triangulated};
+use crate::{
+    Call, Code, Door, Failure, Forecast, Method, NONE, Periodic, Request, Sites, Triangulated, simulated,
+};
 
 fn call() -> Call {
     Call::new(Door::Python)
@@ -238,6 +240,11 @@ fn points_with_weights_have_a_regular_triangulation() {
     assert_eq!(again.voronoi_volumes(Some(corners), &call).unwrap(), volumes);
     assert!(again.run().is_none() && t.run().is_some());
     assert!(Triangulated::of_rows(&points, 2, t.cells(), Sites::default(), &call).is_err());
+    // Two points that others hide coincide.
+    let points = [0.0, 0.0, 4.0, 0.0, 1.0, 1.0, 0.0, 4.0, 1.0, 1.0];
+    let t = Triangulated::new(&points, 2, &weights(&[9.0, 1.0, -9.0, 1.0, -9.0])).unwrap();
+    assert_eq!((t.cells(), t.hidden(), t.duplicates()), (&[0, 1, 3][..], &[2][..], &[4, 2][..]));
+    assert_eq!(t.vertex_cells(), [0, 0, NONE, 0, NONE]);
 }
 
 #[test]
@@ -261,7 +268,7 @@ fn a_periodic_box_has_cells_with_offsets() {
         let centroids = t.voronoi_centroids(None, &call).unwrap();
         assert!(centroids.iter().zip(&points).all(|(x, y)| (x - y).abs() < 1e-12));
         assert_eq!((t.points(), t.dimension()), (points.clone(), columns as isize));
-        let unfolded = t.unfolded().unwrap();
+        let unfolded = t.unfolded(&call).unwrap().unwrap();
         assert_eq!(unfolded.cells.len(), t.cells().len());
         for failure in [t.locate(&points, &call).unwrap_err(), t.hull(&call).unwrap_err()] {
             assert!(
@@ -273,4 +280,38 @@ fn a_periodic_box_has_cells_with_offsets() {
         let corners = (&points[..columns], &points[..columns]);
         assert!(t.voronoi_volumes(Some(corners), &call).unwrap_err().message.contains("omit box"));
     }
+}
+
+/// Points with weights whose run was made with other ones.
+#[test]
+fn a_run_is_taken_with_its_weights_and_its_box() {
+    let points = [0.125, 0.25, 0.5, 0.75, 0.75, 0.375];
+    let plain = Request::new(call());
+    let ran = |request: &Request| simulated(&points, 2, request, &request.spec()).unwrap();
+    let with = |weights: &[f64], lengths: &[f64]| {
+        let periodic = (!lengths.is_empty()).then(|| Periodic::of_lengths(lengths));
+        Request {
+            sites: Sites { weights: (!weights.is_empty()).then(|| weights.to_vec()), periodic },
+            ..Request::new(call())
+        }
+    };
+    let of_run = |run: &Request, request: &Request| Triangulated::of_run(&points, 2, ran(run), request);
+    let (weights, boxed) = (with(&[0.0; 3], &[]), with(&[], &[1.0; 2]));
+    assert!(
+        of_run(&plain, &plain).is_ok()
+            && of_run(&weights, &weights).is_ok()
+            && of_run(&boxed, &boxed).is_ok()
+    );
+    let wrong = [
+        (&plain, with(&[0.0; 2], &[])),
+        (&weights, with(&[0.0; 4], &[])),
+        (&plain, boxed.clone()),
+        (&boxed, plain.clone()),
+        (&boxed, with(&[], &[1.0; 3])),
+    ];
+    for (run, request) in wrong {
+        assert_eq!(of_run(run, &request).unwrap_err().code, Code::Usage);
+    }
+    let failure = Triangulated::of_run(&points[..4], 2, ran(&plain), &plain).unwrap_err();
+    assert_eq!(failure.code, Code::Usage);
 }

@@ -3,7 +3,7 @@
 use bytemuck::{Pod, cast_slice};
 use glam::{DVec2, DVec3};
 use septet_core::result::unfolded::Unfolded;
-use septet_core::{Code, Error, Outcome, Spec, simulate, triangulate};
+use septet_core::{Code, Error, Outcome, Spec, cores, simulate, triangulate};
 use septet_geometry::site::Weighted;
 use septet_queries::{Dimension, QueryError, Ragged, Tessellation};
 
@@ -79,12 +79,12 @@ impl Form {
     fn of(points: &[f64], columns: usize, run: &Outcome, request: &Request) -> Result<Self, Failure> {
         let sites = &request.sites;
         let failed = |error: &QueryError| Failure::of_query(error, request.call.door);
-        if !sites.are_plain() {
-            // The volumes of power cells need the rows of the run.
-            run.cells();
-        }
         if sites.periodic.is_some() {
             return Folded::of(points, columns, run).map(Form::Folded);
+        }
+        if sites.weights.is_some() {
+            // The volumes of power cells need the rows of the run, which loses its shares.
+            run.cells();
         }
         Ok(Form::Whole(match Rows::of(points, columns)? {
             Rows::Plane(points) => Either::Plane(taken(points, run, sites).map_err(|error| failed(&error))?),
@@ -152,13 +152,27 @@ impl Triangulated {
         Ok(Self::with_run(form, points, run, request.sites.clone()))
     }
 
-    /// Takes the triangulation of the points that a run made. `request` has the weights and the box of the run. Without them, the run
-    /// is kept without its cells.
+    /// Takes the triangulation of the points that a run made. `request` must have the weights and the box of the run, which the run does not
+    /// keep. Without them, the run is kept without its cells.
     ///
     /// # Errors
-    /// Fails if the points are not those of the run, if the run did not end, if it has other weights or another box, and if the
-    /// call is cancelled.
+    /// Fails if the number of the points is not that of the run, if the run did not end, if there is not one weight for each point, if
+    /// only one of the run and the request has a periodic box, if the box has another dimension, and if the call is cancelled.
     pub fn of_run(points: &[f64], columns: usize, run: Outcome, request: &Request) -> Result<Self, Failure> {
+        let (door, sites) = (request.call.door, &request.sites);
+        Rows::of(points, columns)?;
+        let (given, counted) = (points.len() / columns, run.points.input);
+        sites.check(given, request.skip_invalid, door)?;
+        if run.space != columns || given as u64 != counted {
+            return Err(Failure::of_query(&QueryError::OtherPoints { given, run: counted }, door));
+        }
+        let has_other_box = match &sites.periodic {
+            Some(periodic) => run.kept.periodic.is_none() || periodic.lengths.len() != columns,
+            None => run.kept.periodic.is_some(),
+        };
+        if has_other_box {
+            return Err(Failure::usage("the periodic box is not that of the run; pass the box of the run"));
+        }
         let form = request.call.within(|| Form::of(points, columns, &run, request))??;
         Ok(Self::with_run(form, points, run, request.sites.clone()))
     }
@@ -222,7 +236,8 @@ impl Triangulated {
         &self.sites
     }
 
-    /// Returns the run with its cells, which points with weights or in a periodic box have.
+    /// Returns the run with its cells, which points with weights or in a periodic box have. In a box, it makes the rows of the cells
+    /// each time.
     pub(crate) fn run_with_cells(&self) -> Option<&Outcome> {
         self.run.as_deref().filter(|_| !self.sites.are_plain())
     }
@@ -252,9 +267,16 @@ impl Triangulated {
 
     /// Returns the cells in a periodic box with the images of points that are vertices as points of their own, for pictures. `None`
     /// without a box.
-    pub fn unfolded(&self) -> Option<Unfolded> {
-        let (run, periodic) = (self.run_with_cells()?, self.sites.periodic.as_ref()?);
-        Some(Unfolded::of((run.cells(), run.kept.periodic.as_ref()?), &self.points(), periodic))
+    ///
+    /// # Errors
+    /// Fails if the call is cancelled.
+    pub fn unfolded(&self, call: &Call) -> Result<Option<Unfolded>, Failure> {
+        call.within(|| {
+            let (run, periodic) = (self.run_with_cells()?, self.sites.periodic.as_ref()?);
+            let part = run.kept.periodic.as_ref()?;
+            let cells = cores::map(self.cells(), |&v| u64::from(v));
+            Some(Unfolded::of((&cells, part), &self.points(), periodic))
+        })
     }
 
     fn folded(&self) -> Option<&Folded> {
@@ -317,7 +339,8 @@ impl Triangulated {
         form!(self, t => cast_slice(t.neighbours()), folded => &folded.neighbours)
     }
 
-    /// Returns each coincident point with the first point at its place, which is the vertex: two numbers a row, ascending.
+    /// Returns each coincident point with the first point at its place, which is the vertex: two numbers a row, ascending. With weights, it
+    /// is the first of the heaviest ones, and the points with less weight are hidden. It is not a vertex if others hide it.
     pub fn duplicates(&self) -> &[u32] {
         form!(self, t => t.duplicates(), folded => &folded.duplicates).as_flattened()
     }
@@ -327,7 +350,7 @@ impl Triangulated {
         &self.skipped
     }
 
-    /// Returns the smallest cell of each point: that of its vertex for a duplicate, or [`crate::NONE`].
+    /// Returns the smallest cell of each point: that of its vertex for a duplicate, or [`crate::NONE`] if it has none.
     pub fn vertex_cells(&self) -> Vec<u32> {
         form!(self, t => t.vertex_cells(), folded => folded.vertex_cells())
     }
@@ -356,7 +379,7 @@ impl Triangulated {
         either!(self.asked(Query::Edges, call)?, t => call.within(|| t.vertex_neighbours()))
     }
 
-    /// Returns the area or volume of each cell.
+    /// Returns the area or volume of each cell, with a relative error below 1e-15.
     ///
     /// # Errors
     /// Fails if the call is cancelled.
@@ -364,7 +387,7 @@ impl Triangulated {
         Query::Volumes.check(&self.sites, call.door)?;
         let periodic = self.sites.periodic.as_ref();
         let lengths = periodic.map_or(&[][..], |periodic| &periodic.lengths);
-        call.within(|| form!(self, t => t.cell_volumes(), folded => folded.volumes(lengths)))
+        call.within(|| form!(self, t => Ok(t.cell_volumes()), folded => folded.volumes(lengths)))?
     }
 
     /// Returns the circumcentre of each cell: `columns` coordinates.

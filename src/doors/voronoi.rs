@@ -2,7 +2,9 @@
 
 use glam::{DVec2, DVec3};
 use septet_core::Door;
-use septet_queries::{Dimension, Ragged, Region, Ridges, power_cells, power_centroids, power_volumes};
+use septet_queries::{
+    Dimension, NONE, QueryError, Ragged, Region, Ridges, power_cells, power_centroids, power_volumes,
+};
 
 use crate::call::Call;
 use crate::failure::Failure;
@@ -54,14 +56,17 @@ impl Triangulated {
     ) -> Result<Region<'_, P>, Failure> {
         let corners =
             within.map(|(low, high)| Ok::<_, Failure>((one::<P>(low)?, one::<P>(high)?))).transpose()?;
-        let spelled = if call.door == Door::C { "low and high" } else { "box=(low, high)" };
+        let (spelled, omitted) = match call.door {
+            Door::C => ("low and high", "pass NULL for low and high"),
+            _ => ("box=(low, high)", "omit box=(low, high)"),
+        };
         let usage = |text: String| Err(Failure::usage(text));
         let periodic = self.sites().periodic.as_ref();
         let is_closed = periodic.is_some_and(|periodic| periodic.lengths.iter().all(Option::is_some));
         match (periodic, corners) {
-            (Some(_), Some(_)) if is_closed => usage(format!(
-                "the periodic box has no boundary, so the cells have no other box; omit {spelled}"
-            )),
+            (Some(_), Some(_)) if is_closed => {
+                usage(format!("the periodic box has no boundary, so the cells have no other box; {omitted}"))
+            }
             (Some(periodic), None) if is_closed => Ok(Region::of_periods(periodic)),
             (Some(periodic), Some((low, high))) => Ok(Region::of_periods(periodic).between(low, high)),
             (None, Some((low, high))) => Ok(Region::of_box(low, high)),
@@ -76,13 +81,17 @@ impl Triangulated {
     /// weights, have their Voronoi cells. In a periodic box, a cell lies around its point.
     ///
     /// # Errors
-    /// See [`Triangulated::voronoi_volumes`]. Fails if the points have neither weights nor a periodic box.
+    /// See [`Triangulated::voronoi_volumes`]. Fails if the points have neither weights nor a periodic box, and if there are more corners
+    /// than 32-bit indices can address.
     pub fn power_cells(&self, within: Option<Corners<'_>>, call: &Call) -> Result<PowerCells, Failure> {
         let mut made = PowerCells::default();
         power!(self, within, call, |sites, run, region| {
             for cell in power_cells(sites, run, region)? {
-                let first = made.cells.indices.len() as u32;
-                made.cells.indices.extend(first..first + cell.corners.len() as u32);
+                let (first, end) = (made.cells.indices.len(), made.cells.indices.len() + cell.corners.len());
+                if end >= NONE as usize {
+                    return Err(QueryError::TooMany { what: "corners", count: end });
+                }
+                made.cells.indices.extend(first as u32..end as u32);
                 made.cells.offsets.push(made.cells.indices.len() as u64);
                 made.corners.extend_from_slice(bytemuck::cast_slice(&cell.corners));
             }

@@ -74,12 +74,6 @@ pub fn blocks<T: Element>(py: Python<'_>, values: Vec<T>, shape: [usize; 2]) -> 
     Ok(frozen(py, values)?.reshape([count, shape[0], shape[1]])?.into_any().unbind())
 }
 
-/// Returns offsets of vertices as blocks: int8, or int32 if one is larger.
-pub fn steps(py: Python<'_>, steps: &[i32], shape: [usize; 2]) -> PyResult<Array> {
-    let small: Result<Vec<i8>, _> = steps.iter().map(|&step| i8::try_from(step)).collect();
-    small.map_or_else(|_| blocks(py, steps.to_vec(), shape), |small| blocks(py, small, shape))
-}
-
 /// Returns positions as int64.
 pub fn offsets(py: Python<'_>, offsets: Vec<u64>) -> PyResult<Array> {
     list(py, bytemuck::allocation::cast_vec::<u64, i64>(offsets))

@@ -5,12 +5,12 @@ use std::path::{Path, PathBuf};
 use numpy::{PyReadonlyArray1, PyReadonlyArray2, PyUntypedArrayMethods};
 use pyo3::prelude::*;
 use septet_core::Spec;
+use septet_core::cores::map;
 use septet_core::model::MeshView;
 use septet_core::result::unfolded::Unfolded;
 use septet_core::spec::Control;
 use septet_doors::{Call, Failure, Method, Periodic, Request, Sites, Triangulated};
-use septet_io::read::Column;
-use septet_io::write::{OutputError, WriteOptions, check_output, write};
+use septet_io::write::{OutputError, WriteOptions, check_output, image_columns, write};
 use septet_lab::report::{RunContext, RunReport};
 
 use crate::arrays::{self, Array, Width, flat};
@@ -218,7 +218,12 @@ impl Core {
     /// Returns the offsets of the vertices of the simplices in a periodic box, or none.
     fn offsets(&self, py: Python<'_>) -> PyResult<Option<Array>> {
         let d = self.made.columns();
-        self.made.offsets().map(|offsets| arrays::steps(py, offsets, [d + 1, d])).transpose()
+        if !self.is_periodic() {
+            return Ok(None);
+        }
+        // The copy is made without the interpreter.
+        let offsets = self.whole(py, |t, call| call.within(|| t.offsets().map(<[i32]>::to_vec)))?;
+        offsets.map(|offsets| arrays::blocks(py, offsets, [d + 1, d])).transpose()
     }
 
     #[getter]
@@ -251,10 +256,15 @@ impl Core {
 
     /// Returns points with their images that are vertices in a periodic box, and simplices of them, or none.
     fn unfolded(&self, py: Python<'_>) -> PyResult<Option<(Array, Array)>> {
-        let Some(of) = self.made.unfolded() else { return Ok(None) };
+        let made = self.whole(py, |t, call| {
+            let Some(of) = t.unfolded(call)? else { return Ok(None) };
+            let cells = call.within(|| map(&of.cells, |&v| v as u32))?;
+            Ok(Some((of.coordinates, cells)))
+        })?;
+        let Some((coordinates, cells)) = made else { return Ok(None) };
         let d = self.made.columns();
-        let cells = of.cells.iter().map(|&v| v as u32).collect();
-        Ok(Some((arrays::rows(py, of.coordinates, d)?, self.width.rows(py, cells, d + 1)?)))
+        let width = Width::of(coordinates.len() / d, self.made.cell_count());
+        Ok(Some((arrays::rows(py, coordinates, d)?, width.rows(py, cells, d + 1)?)))
     }
 
     fn vertex_to_simplex(&self, py: Python<'_>) -> PyResult<Array> {
@@ -376,22 +386,29 @@ impl Core {
         check_output(&path, &options).map_err(|error| errors::of_output(py, &error))?;
         let watch = Watch::new(None);
         let call = watch.call(None);
-        let written = watch
-            .run(py, self.made.cell_count(), || call.within(|| self.written(&path, &options, &watch)))?;
+        let written = watch.run(py, self.made.cell_count(), || {
+            // Formats with points get the images that are vertices, too. A wrong ending is an error of the writer.
+            let has_points = options.format_of(&path).is_ok_and(|format| !format.row().has_input_rows);
+            let unfolded = if has_points { self.made.unfolded(&call)? } else { None };
+            call.within(|| self.written((&path, unfolded), &options, &watch))
+        })?;
         written.map_err(|error| errors::of_output(py, &error))
     }
 }
 
 impl Core {
-    /// Writes points and simplices. In a periodic box, formats with points get the images that are vertices, too.
-    fn written(&self, path: &Path, options: &WriteOptions<'_>, watch: &Watch) -> Result<(), OutputError> {
+    /// Writes points and simplices, or those with images that are vertices.
+    fn written(
+        &self,
+        (path, unfolded): (&Path, Option<Unfolded>),
+        options: &WriteOptions<'_>,
+        watch: &Watch,
+    ) -> Result<(), OutputError> {
         let t = &self.made;
-        let has_points = !options.format_of(path)?.row().has_input_rows;
-        let unfolded = t.unfolded().filter(|_| has_points);
-        let columns = unfolded.as_ref().map(|of| columns_of(of, t.columns())).unwrap_or_default();
+        let columns = unfolded.as_ref().map(|of| image_columns(of, t.columns(), None)).unwrap_or_default();
         let (points, cells) = match unfolded {
             Some(of) => (of.coordinates, of.cells),
-            None => (t.points(), t.cells().iter().map(|&v| u64::from(v)).collect::<Vec<_>>()),
+            None => (t.points(), map(t.cells(), |&v| u64::from(v))),
         };
         let view = MeshView {
             dimension: t.columns(),
@@ -406,14 +423,4 @@ impl Core {
         let options = WriteOptions { point_data: &columns, ..*options };
         write(path, &view, &options, &mut |_, _| watch.unwind_if_cancelled()).map(|_| ())
     }
-}
-
-/// Returns the row and the offset of each point, as the program writes them.
-fn columns_of(of: &Unfolded, dimension: usize) -> Vec<Column> {
-    let axis = |(axis, name): (usize, &str)| {
-        let values = of.offsets.iter().skip(axis).step_by(dimension).map(|&steps| f64::from(steps));
-        Column { name: format!("image_{name}"), values: values.collect() }
-    };
-    let site = Column { name: "site".to_owned(), values: of.rows.iter().map(|&row| row as f64).collect() };
-    std::iter::once(site).chain(["x", "y", "z"].into_iter().take(dimension).enumerate().map(axis)).collect()
 }

@@ -24,6 +24,9 @@ use crate::watch::Watch;
 /// The stages that progress reports.
 const STAGES: [&str; 3] = ["domain", "mesh", "report"];
 
+/// The fault of arrays whose last row is not whole.
+const NO_ROWS: &str = "its arrays have no whole rows";
+
 /// The mesh behind `septet.Mesh`.
 #[pyclass(frozen, module = "septet._septet")]
 pub struct Meshed {
@@ -301,24 +304,30 @@ impl Meshed {
         let (dimension, first_id, quality) = head;
         let ((points, cells), (regions, attributes)) = (cells, regions);
         let ((faces, sides, edges), (point_markers, sizes, carriers)) = (features, vertices);
+        let refused = |fault: &str| {
+            let message = format!("the pickle holds no mesh: {fault}; make it again");
+            errors::plain(py, "InputError", &message)
+        };
+        let ((sides, no_side), (carriers, no_carrier)) =
+            (sides.as_slice()?.as_chunks(), carriers.as_slice()?.as_chunks());
+        if !no_side.is_empty() || !no_carrier.is_empty() {
+            return Err(refused(NO_ROWS));
+        }
         let labels = Labels {
             regions: regions.as_slice()?.to_vec(),
             attributes: attributes.as_slice()?.to_vec(),
             faces: patches(&faces)?,
-            sides: sides.as_slice()?.as_chunks().0.to_vec(),
+            sides: sides.to_vec(),
             edges: patches(&edges)?,
             point_markers: point_markers.as_slice()?.to_vec(),
             sizes: sizes.as_slice()?.to_vec(),
-            carriers: carriers.as_slice()?.as_chunks().0.to_vec(),
+            carriers: carriers.to_vec(),
         };
         let (points, cells) = (points.as_slice()?.to_vec(), cells.as_slice()?.to_vec());
         let width = Width::of(points.len() / dimension.max(1), cells.len() / (dimension + 1));
         let made = Meshed { dimension, points, cells, labels, quality, first_id, width };
         let fault = made.fault();
-        fault.map_or(Ok(made), |fault| {
-            let message = format!("the pickle holds no mesh: {fault}; make it again");
-            Err(errors::plain(py, "InputError", &message))
-        })
+        fault.map_or(Ok(made), |fault| Err(refused(fault)))
     }
 
     /// Returns the quality as JSON.
@@ -371,7 +380,7 @@ impl Meshed {
         let Meshed { dimension: d, points, cells, labels, quality, .. } = self;
         let Labels { regions, attributes, faces, sides, edges, point_markers, sizes, carriers } = labels;
         if ![2, 3].contains(d) || !points.len().is_multiple_of(*d) || !cells.len().is_multiple_of(d + 1) {
-            return Some("its arrays have no whole rows");
+            return Some(NO_ROWS);
         }
         let (n, m) = (points.len() / d, cells.len() / (d + 1));
         if !points.iter().all(|x| x.is_finite()) {
@@ -382,7 +391,7 @@ impl Meshed {
         }
         // A list that meshes of such a domain do not have is empty.
         let fits = |length: usize, rows: usize| length == rows || length == 0;
-        let of_cells = fits(regions.len(), m) && fits(attributes.len(), m);
+        let of_cells = regions.len() == m && fits(attributes.len(), m);
         let of_points = fits(point_markers.len(), n) && fits(sizes.len(), n) && fits(carriers.len(), n);
         let whole = |patches: &Patches, corners: usize| {
             patches.vertices.len() == corners * patches.len() && patches.markers.len() == patches.len()
@@ -390,6 +399,10 @@ impl Meshed {
         if !of_cells || !of_points || !whole(faces, *d) || !whole(edges, 2) || !fits(sides.len(), faces.len())
         {
             return Some("its arrays have different lengths");
+        }
+        // Writers count features from 1.
+        if faces.of.iter().chain(&edges.of).any(|&of| of == u32::MAX) {
+            return Some("the number of a feature is too large");
         }
         let is_object =
             serde_json::from_str::<serde_json::Value>(quality).is_ok_and(|value| value.is_object());

@@ -4,7 +4,7 @@ use numpy::PyReadonlyArray1;
 use pyo3::prelude::*;
 use septet_doors::Triangulated;
 
-use crate::arrays::{self, Array};
+use crate::arrays::{self, Array, Width};
 use crate::delaunay::Core;
 
 /// A box: its lower and its upper corner.
@@ -95,9 +95,11 @@ pub fn power_cells(
     threads: Option<usize>,
 ) -> PyResult<(Array, Array, Array)> {
     let found = within!(py, of, corners, threads, power_cells)?;
+    // There are more corners than points.
+    let width = Width::of(found.cells.indices.len(), of.made.cell_count());
     Ok((
         arrays::rows(py, found.corners, of.made.columns())?,
         arrays::offsets(py, found.cells.offsets)?,
-        of.width.list(py, found.cells.indices)?,
+        width.list(py, found.cells.indices)?,
     ))
 }

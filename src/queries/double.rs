@@ -77,6 +77,42 @@ fn side<P: Point>(cell: &[P], corner: usize) -> Vector {
     std::array::from_fn(|axis| if axis < P::DIM { difference(axis) } else { Double::default() })
 }
 
+/// Returns the difference `b + steps length - a`.
+fn moved(a: f64, b: f64, (steps, length): (i32, f64)) -> Double {
+    Double::sum(b, -a).plus(Double::product(f64::from(steps), length))
+}
+
+/// Returns `b + steps length - a`, rounded once.
+pub(crate) fn difference(a: f64, b: f64, shift: (i32, f64)) -> f64 {
+    moved(a, b, shift).0
+}
+
+/// Returns the orientation determinant of a positively oriented cell whose corners are images: corner `i` lies at `cell[i]` plus
+/// `steps[i]` times `lengths`. The first corner has no steps. `None` if the cell is thin.
+pub(crate) fn determinant_of_images<P: Point>(cell: &[P], steps: &[[i32; 3]], lengths: P) -> Option<f64> {
+    /// The smallest determinant of a cell that is not thin, over the product of the lengths of its edges at the first corner.
+    const FLAT: f64 = 1e-12;
+    let side = |corner: usize| -> Vector {
+        std::array::from_fn(|axis| {
+            if axis >= P::DIM {
+                return Double::default();
+            }
+            let shift = (steps[corner][axis], lengths.coord(axis));
+            moved(cell[0].coord(axis), cell[corner].coord(axis), shift)
+        })
+    };
+    let (a, b) = (side(1), side(2));
+    let normal = cross(&a, &b);
+    let size = |edge: &Vector| dot(edge, edge).0.sqrt();
+    let (determinant, sizes) = if P::DIM == 2 {
+        (normal[2].0, size(&a) * size(&b))
+    } else {
+        let c = side(3);
+        (dot(&normal, &c).0, size(&a) * size(&b) * size(&c))
+    };
+    (determinant > FLAT * sizes).then_some(determinant)
+}
+
 /// Returns the orientation determinant of a positively oriented cell that is not thin.
 pub(crate) fn determinant<P: Point>(cell: &[P]) -> f64 {
     let normal = cross(&side(cell, 1), &side(cell, 2));

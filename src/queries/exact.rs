@@ -165,6 +165,18 @@ pub(crate) fn measure<P: Point>(cell: &[P]) -> f64 {
     rounded(&orientation_of(&cell), 0) * unit.powi(P::DIM as i32)
 }
 
+/// Returns six times the volume of a positively oriented cell, or twice its area, rounded. Corner `i` lies at `cell[i]` plus `steps[i]`
+/// times `lengths`.
+pub(crate) fn measure_of_images<P: Point>(cell: &[P], steps: &[[i32; 3]], lengths: P) -> f64 {
+    let given: Vec<P> = std::iter::once(lengths).chain(cell.iter().copied()).collect();
+    let (all, unit) = integers_with_unit(&given);
+    let image = |(p, steps): (&Vector, &[i32; 3])| -> Vec<BigInt> {
+        (0..P::DIM).map(|axis| &p[axis] + &all[0][axis] * steps[axis]).collect()
+    };
+    let cell: Vec<Vec<BigInt>> = all[1..].iter().zip(steps).map(image).collect();
+    rounded(&orientation_of(&cell), P::DIM as i32 * unit.log2() as i32)
+}
+
 /// Returns the squared circumradius of a triangle in space, rounded; NaN if the corners are collinear.
 pub(crate) fn radius2_of_triangle<P: Point>(triangle: &[P; 3]) -> f64 {
     let (all, unit) = integers_with_unit(triangle);

@@ -11,6 +11,7 @@
 //! | Voronoi vertices, ridges, areas, volumes, centroids | [`voronoi`], `dual`, `double`, `clip`, `centroids`, [`clipped`] |
 //! | barycentric coordinates, gradients, weights of interpolations | [`weights`], `linear`, `natural` |
 //! | volumes and centroids of power cells, and of Voronoi cells in periodic boxes | [`power`], `clip` |
+//! | volumes of cells in periodic boxes | [`images`] |
 //! | alpha complexes and shapes | [`alpha`] |
 //! | exact signs and ratios in rare cases | `exact` |
 
@@ -23,6 +24,7 @@ mod double;
 mod dual;
 pub mod error;
 mod exact;
+pub mod images;
 mod incidence;
 mod linear;
 mod locate;
@@ -43,6 +45,7 @@ pub use alpha::{AlphaFiltration, AlphaShape};
 pub use clipped::Clipped;
 pub use dimension::Dimension;
 pub use error::QueryError;
+pub use images::volumes_in_box;
 pub use power::{Polytope, Region, power_cells, power_centroids, power_volumes};
 pub use ragged::Ragged;
 pub use tessellation::{NONE, Tessellation};

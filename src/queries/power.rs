@@ -11,7 +11,10 @@
 //!
 //! **Work.** O(k^2) for each site with k neighbours. Depth: that of a block of sites.
 //!
-//! **Rounding.** All values are rounded, after a scaling by a power of two that brings the box to the size of 1.
+//! **Rounding.** All values are rounded, after a scaling by a power of two that brings the box to the size of 1. The vector to an image
+//! of a site is rounded once, however far sites lie from the periodic box.
+
+use std::borrow::Cow;
 
 use glam::DVec3;
 use septet_core::Outcome;
@@ -23,6 +26,7 @@ use septet_geometry::site::Weighted;
 
 use crate::clip;
 use crate::dimension::Dimension;
+use crate::double;
 use crate::error::QueryError;
 use crate::loops;
 
@@ -92,7 +96,7 @@ pub fn power_volumes<P: Dimension>(
     Ok(loops::map(sites.len(), |site| diagram.volume(site)))
 }
 
-/// Returns the centroid of the power cell of each site in a region, and NaN for a site that is no vertex or has an empty cell. In a
+/// Returns the centroid of the power cell of each site in a region, and NaN for a site that is not a vertex or has an empty cell. In a
 /// periodic box, a cell lies around its site, and not around an image.
 ///
 /// # Errors
@@ -142,7 +146,7 @@ fn check_run<P: Dimension>(
     if run.space != P::DIM || run.points.input != sites.len() as u64 {
         return Err(QueryError::OtherPoints { given: sites.len(), run: run.points.input });
     }
-    if run.cells().is_empty() {
+    if run.cell_count() == 0 {
         return Err(QueryError::Flat { dimension: run.dimension });
     }
     Ok(())
@@ -155,7 +159,7 @@ struct Diagram<'a, P: Dimension> {
     exponent: i32,
     axes: Vec<Axis>,
     /// `DIM + 1` sites for each cell.
-    rows: &'a [u64],
+    rows: Cow<'a, [u64]>,
     /// `DIM` numbers of periods for each entry of `rows`; empty without periods.
     offsets: Vec<i32>,
     /// The first entry of `corners` of each site, and the end of the last.
@@ -178,9 +182,11 @@ impl<'a, P: Dimension> Diagram<'a, P> {
     }
 
     fn of(sites: &'a [Weighted<P>], run: &'a Outcome, axes: &[Axis]) -> Self {
-        let rows = run.cells();
+        // A run in a periodic box makes its rows each time, so that it does not keep them.
+        let periodic = run.kept.periodic.as_ref();
+        let rows = periodic.map_or_else(|| Cow::Borrowed(run.cells()), |part| Cow::Owned(part.rows()));
         let mut starts = vec![0; sites.len() + 1];
-        for &site in rows {
+        for &site in rows.iter() {
             starts[site as usize + 1] += 1;
         }
         for site in 0..sites.len() {
@@ -192,13 +198,12 @@ impl<'a, P: Dimension> Diagram<'a, P> {
             next[site as usize] += 1;
         }
         let largest = axes.iter().map(|axis| axis.high - axis.low).fold(0.0, f64::max);
-        // The exponent of a finite positive float.
-        let exponent = -(((largest.to_bits() >> 52) as i32 & 0x7ff) - 1023);
+        let exponent = exponent_of(largest);
         let scaled = |axis: &Axis| {
             let [low, high] = [axis.low, axis.high].map(|x| times(x, exponent));
             Axis { period: axis.period.map(|length| times(length, exponent)), low, high }
         };
-        let offsets = run.kept.periodic.as_ref().map(PeriodicCells::offsets).unwrap_or_default();
+        let offsets = periodic.map(PeriodicCells::offsets).unwrap_or_default();
         Diagram { sites, exponent, axes: axes.iter().map(scaled).collect(), rows, offsets, starts, corners }
     }
 
@@ -295,10 +300,10 @@ impl<'a, P: Dimension> Diagram<'a, P> {
         around.dedup();
         let weight = self.weight(site);
         let bisector = |&(other, steps): &(u64, [i32; 3])| {
-            let mut along = self.place(other as usize) - own;
+            let mut along = self.place(other as usize);
             for (i, axis) in self.axes.iter().enumerate() {
-                let shift = axis.period.map_or(0.0, |length| f64::from(steps[i]) * length);
-                along.set_coord(i, along.coord(i) + shift);
+                let shift = (steps[i], axis.period.unwrap_or(0.0));
+                along.set_coord(i, double::difference(own.coord(i), along.coord(i), shift));
             }
             let length = along.norm2().sqrt();
             (along / length, length / 2.0 + (weight - self.weight(other as usize)) / (2.0 * length))
@@ -315,8 +320,13 @@ impl<'a, P: Dimension> Diagram<'a, P> {
     }
 }
 
+/// Returns the exponent of the power of two that brings a finite positive number to the size of 1.
+pub(crate) fn exponent_of(x: f64) -> i32 {
+    1023 - ((x.to_bits() >> 52) as i32 & 0x7ff)
+}
+
 /// Returns `x` times `2^exponent`, which may be beyond the range of a factor.
-fn times(x: f64, exponent: i32) -> f64 {
+pub(crate) fn times(x: f64, exponent: i32) -> f64 {
     let half = exponent / 2;
     x * 2f64.powi(half) * 2f64.powi(exponent - half)
 }

@@ -2,6 +2,7 @@
 
 mod alpha;
 mod clipped;
+mod images;
 mod linear;
 mod locate;
 mod natural;

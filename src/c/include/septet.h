@@ -61,10 +61,17 @@ typedef struct septet_options {
                              * Cells are then one of each class of translated cells. */
     const double *origin;   /* the lower corner of the periodic box, one number for each axis; NULL: 0 */
     uint32_t wrap;          /* 1: points outside of the periodic box stand for their images in it; 0: they are an error */
-    uint32_t reserved;      /* 0 */
+    uint32_t reserved;      /* must be 0 */
 } septet_options;
+
+/* WARNING: pass the size of your own structure, sizeof(septet_options) of the header that the program was built with. A smaller size leaves
+ * the fields beyond it unset and unused; a larger one writes beyond the structure. */
 void septet_options_init_sized(septet_options *options, size_t size);
-void septet_options_init(septet_options *options); /* the function sets the fields up to cancel, and size to them */
+
+/* WARNING: the exported function septet_options_init sets only the fields up to cancel, and size to them, so that weights, period, origin
+ * and wrap are not read. In C and C++, the macro below replaces it and sets all fields. Programs in other languages, and calls through a
+ * pointer to the function, must use septet_options_init_sized. */
+void septet_options_init(septet_options *options);
 #define septet_options_init(options) septet_options_init_sized((options), sizeof(septet_options))
 
 typedef struct septet_triangulation septet_triangulation;
@@ -89,12 +96,13 @@ septet_status septet_cells_i64(const septet_triangulation *t, int64_t *out);
 septet_status septet_neighbors_i32(const septet_triangulation *t, int32_t *out);
 septet_status septet_neighbors_i64(const septet_triangulation *t, int64_t *out);
 
-/* hull_count * dimension entries, outward; points_count entries; duplicates_count * 2 entries: point, vertex. */
+/* hull_count * dimension entries, outward; points_count entries; duplicates_count * 2 entries: point, and the first point at its place,
+ * which is the vertex. With weights, it is the first of the heaviest points at its place, and not a vertex if others hide it. */
 septet_status septet_hull(const septet_triangulation *t, int64_t *out);
 septet_status septet_vertex_to_cell(const septet_triangulation *t, int64_t *out);
 septet_status septet_duplicates(const septet_triangulation *t, int64_t *out);
 
-/* Points that weights hide: hidden_count entries, ascending. They are no vertices. None without weights. */
+/* Points that weights hide: hidden_count entries, ascending. They are not vertices. None without weights. */
 size_t septet_hidden_count(const septet_triangulation *t);
 septet_status septet_hidden(const septet_triangulation *t, int64_t *out);
 

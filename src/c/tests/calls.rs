@@ -227,6 +227,15 @@ fn dimensions_and_sizes_are_checked() {
         let status = unsafe { septet_triangulate(points.as_ptr(), n, 3, null(), &raw mut t) };
         assert!(status == OPTION && t.is_null());
     }
+    // The numbers of a box are not read before the dimension is known to be 2 or 3: this pointer is not aligned.
+    let period = [1.0; 3].as_ptr().wrapping_byte_add(1);
+    for dimension in [0, 1, 4, u32::MAX] {
+        let options = Options { period, ..defaults() };
+        let status = unsafe { septet_triangulate(null(), 0, dimension, &raw const options, &raw mut t) };
+        assert!(status == OPTION && t.is_null() && failure().0.contains("coordinates"), "{}", failure().0);
+    }
+    assert_eq!(made(&points, 3, &Options { reserved: 1, ..defaults() }), Err(OPTION));
+    assert!(failure().0.contains("reserved is 1"), "{}", failure().0);
     for size in [0, 7, size_of::<Options>() + 8] {
         assert_eq!(made(&points, 3, &Options { size, ..defaults() }), Err(OPTION));
         assert!(failure().0.contains("septet_options_init"), "{}", failure().0);
@@ -325,7 +334,7 @@ fn weights_hide_points() {
         let (text, _) = failure();
         assert!(
             text.contains("septet_nearest")
-                && text.contains("use septet_cells")
+                && text.contains("use septet_cells_i32, septet_cells_i64")
                 && text.contains("septet_locate"),
             "{text}"
         );
@@ -359,6 +368,11 @@ fn a_periodic_box_has_offsets() {
         assert_eq!(septet_offsets(t, offsets.as_mut_ptr()), 0);
         assert_eq!((septet_sheets(t, sheets.as_mut_ptr()), sheets), (0, [3, 3]));
         assert_eq!(septet_voronoi_volumes(t, null(), null(), 1, volumes.as_mut_ptr()), 0);
+        assert_eq!(
+            septet_voronoi_volumes(t, points.as_ptr(), points.as_ptr(), 1, volumes.as_mut_ptr()),
+            OPTION
+        );
+        assert!(failure().0.contains("pass NULL for low and high"), "{}", failure().0);
         assert_eq!(septet_locate(t, points.as_ptr(), 1, 1, [7].as_mut_ptr()), OPTION);
         assert!(failure().0.contains("septet_offsets"), "{}", failure().0);
         septet_free(t);

@@ -9,7 +9,9 @@ use septet_core::run::memory::check_peak;
 use septet_core::spec::Periodic;
 use septet_core::{Outcome, Spec};
 use septet_io::read::Column;
-use septet_io::write::{SharedMesh, WriteOptions, numbers_on_first, to_first, write_offsets, write_shared};
+use septet_io::write::{
+    SharedMesh, WriteOptions, image_columns, numbers_on_first, to_first, write_offsets, write_shared,
+};
 use septet_lab::report::{CostHeader, write_cost_trace};
 
 use super::goal::Goal;
@@ -126,19 +128,12 @@ fn write_unfolded(
 ) -> Result<Vec<PathBuf>, Failure> {
     let Some(part) = &run.kept.periodic else { return Ok(write_mesh(output, view, options, progress)?) };
     let unfolded = Unfolded::of((run.cells(), part), view.coordinates, periodic);
-    let source = |row: u64| options.source.map_or(row, |source| source[row as usize]);
-    let column = |name: String, values: Vec<f64>| Column { name, values };
     let of_row = |own: &Column| {
         let values = unfolded.rows.iter().map(|&row| own.values[row as usize]);
-        column(own.name.clone(), values.collect())
+        Column { name: own.name.clone(), values: values.collect() }
     };
     let mut columns: Vec<Column> = options.point_data.iter().map(of_row).collect();
-    columns.push(column("site".to_owned(), unfolded.rows.iter().map(|&row| source(row) as f64).collect()));
-    for (axis, name) in ["x", "y", "z"].into_iter().enumerate().take(view.dimension) {
-        let offsets = unfolded.offsets.chunks_exact(view.dimension);
-        columns
-            .push(column(format!("image_{name}"), offsets.map(|offset| f64::from(offset[axis])).collect()));
-    }
+    columns.extend(image_columns(&unfolded, view.dimension, options.source));
     let view = MeshView { coordinates: &unfolded.coordinates, cells: &unfolded.cells, run: None, ..*view };
     let options = WriteOptions { source: None, point_data: &columns, ..*options };
     Ok(write_mesh(output, &view, &options, progress)?)

@@ -81,7 +81,7 @@ fn is_finite<P: Point>(x: P) -> bool {
     (0..P::DIM).all(|k| x.coord(k).is_finite())
 }
 
-/// The nearest points of a probe, with their squared distances minus their weights: a site that hides the probe is among them.
+/// The nearest points of a probe at other positions, by power: the squared distance minus the weight.
 pub(super) type Near<P> = Vec<(f64, P)>;
 
 /// Returns the order of two neighbours: by distance, and by coordinates if the distances are equal.

@@ -6,8 +6,8 @@
 //! small and of a large sample give the exponent of the growth, and the forecast extrapolates it to all points. The sample
 //! depends only on the points and their order.
 //!
-//! The star of a hidden site is empty. The nearest points of a site with a weight are those of least power distance, so the
-//! sites that hide it are among them.
+//! The star of a hidden site is empty. The nearest points are those of least power, so they hide a probe as all points would.
+//! A heavier site at the position of the probe is not seen, so the forecast is too high if many positions have several sites.
 //!
 //! **Departure.** The plane needs no sample without weights, because its stars have six cells on average.
 //!
@@ -49,8 +49,8 @@ const DIRECT: [Bytes; 2] = [Bytes { point: 60.0, cell: 36.0 }, Bytes { point: 80
 /// Bytes of `simulate`, measured in the same way. The edges of the supergraph need more on some sets.
 const COUNTED: [Bytes; 2] = [Bytes { point: 300.0, cell: 150.0 }, Bytes { point: 300.0, cell: 120.0 }];
 
-/// Bytes that a run in a periodic box keeps for each cell besides: the neighbours of cells, and the cells of the box with their offsets. Half
-/// of the measured value, because cells of images alone are not kept.
+/// Further bytes for each cell of a run in a periodic box: neighbours, and the cells of the box with their offsets. This is half
+/// of the measured value, because cells that have only images are not kept.
 const CELL_IN_BOX: f64 = 24.0;
 
 /// Bytes of `independent`, which has no cells.

@@ -9,6 +9,7 @@ mod elements;
 mod error;
 mod folder;
 mod formats;
+mod images;
 mod labels;
 mod names;
 mod netcdf;
@@ -33,6 +34,7 @@ use std::path::{Path, PathBuf};
 use septet_core::model::MeshView;
 
 pub use error::OutputError;
+pub use images::image_columns;
 pub use offsets::{check_offsets_output, write_offsets};
 pub use options::{MshVersion, Order, WriteOptions};
 pub use points::{check_points_output, write_points, write_points_to};

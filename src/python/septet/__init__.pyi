@@ -181,17 +181,18 @@ class Delaunay:
         """(h, d). Facets of the hull, seen counter-clockwise from outside, sorted. Coplanar hull points are vertices."""
     @property
     def duplicates(self) -> Ids:
-        """(k, 2). Each coincident point and the first point at its place, which is the vertex."""
+        """(k, 2). Each coincident point and the first point at its place, which is the vertex. With weights, it is the first of the heaviest."""
     @property
     def coplanar(self) -> Ids:
-        """(k, 3). As in scipy: a point that is no vertex, a simplex at it, the vertex at its place. Only duplicates occur."""
+        """(k, 3). As in scipy: a point that is not a vertex, a simplex at it, the vertex at its place. Only duplicates occur. A duplicate of a
+        hidden point has -1 for both."""
     @property
     def hidden(self) -> Ids:
-        """(k,). Points that weights hide, ascending: they are no vertices. Empty without weights."""
+        """(k,). Points that weights hide, ascending: they are not vertices. Empty without weights."""
     @property
-    def offsets(self) -> npt.NDArray[np.int8] | npt.NDArray[np.int32] | None:
-        """(m, d + 1, d). In a periodic box, the vertices lie at points[simplices] + offsets * period. None without a box. int32 only if
-        wrap admits a point that is more than 127 boxes away."""
+    def offsets(self) -> npt.NDArray[np.int32] | None:
+        """(m, d + 1, d). In a periodic box, the vertices lie at points[simplices] + offsets * period, with 0 in the place of None in
+        `period`. None without a box."""
     @property
     def simplicial(self) -> bool:
         """Whether the simplices are a simplicial complex. In a box, they are not if a point is joined to itself or twice to another."""
@@ -304,8 +305,9 @@ class Voronoi:
         wrap: bool = False,
         threads: int | None = None,
     ) -> None:
-        """`box` is (low, high). Points outside of the box raise PointError. Points with weights need a box. A periodic box needs one along
-        axes that are not periodic."""
+        """`box` is (low, high). Vertices outside of it raise PointError. Points with weights need a box. A periodic box needs one only if an
+        axis is not periodic; its ends along periodic axes are not used. `weights`, `period`, `origin` and `wrap` are not allowed if `points`
+        is a Delaunay, which has its own."""
     def __copy__(self) -> Voronoi: ...
     def __deepcopy__(self, memo: dict[int, Any]) -> Voronoi: ...
     @property
@@ -330,7 +332,7 @@ class Voronoi:
         """The vertices of each region, sorted, -1 for infinity."""
     @property
     def point_region(self) -> Ids:
-        """(n,). The region of each point: that of its vertex for a duplicate; -1 for a skipped or hidden point."""
+        """(n,). The region of each point: that of its vertex for a duplicate; -1 for a skipped or hidden point and its duplicates."""
     @property
     def volumes(self) -> Floats:
         """(n,). Areas or volumes of the cells; inf if unbounded, 0 for duplicates. With a box, they add up to its volume."""
@@ -440,7 +442,8 @@ class Cells(NamedTuple):
     """None for a file of points."""
 
 def read(path: str | os.PathLike[str], *, columns: Sequence[str] | None = None, ndim: int | None = None) -> Cells:
-    """Reads any format of `septet triangulate` or `septet verify`. Raises InputError."""
+    """Reads any format of `septet triangulate` or `septet verify`. Weights, offsets and data of points are not read. The points of a file of a
+    periodic box include the images that are vertices. Raises InputError."""
 
 class Verdict(NamedTuple):
     """The verdict of the independent verifier."""
@@ -460,4 +463,4 @@ def verify(
     progress: Progress | None = None,
 ) -> Verdict:
     """Whether the simplices of any program are a Delaunay triangulation of the points, in exact arithmetic: with weights, the regular
-    triangulation; in a periodic box, whose vertices have offsets, that of all images."""
+    triangulation; in a periodic box, whose vertices have offsets, that of all images. Points and offsets may be up to 2**26 lengths away."""

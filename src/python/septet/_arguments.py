@@ -124,7 +124,7 @@ def stored(sites: Any) -> Any:
         if box is not None:
             of, corner, wrap = box
             box = [None if x is None else float(x) for x in of], [float(x) for x in corner], bool(wrap)
-    except (TypeError, ValueError):
+    except (TypeError, ValueError, OverflowError):
         raise InputError("the pickle holds no weights or no periodic box; make it again") from None
     return w, box
 

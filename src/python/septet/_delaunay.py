@@ -33,7 +33,7 @@ class Delaunay(Queries):
         space, are no error: there are no simplices, and `dimension` is less than `ndim`.
     weights : array_like of shape (n,), optional
         Weights of the points, which are squared lengths: the triangulation is then the regular one, the dual of the power
-        diagram. For balls of radius r, pass ``weights=r**2``. Points whose lifts lie above the lower hull are no vertices;
+        diagram. For balls of radius r, pass ``weights=r**2``. Points whose lifts lie above the lower hull are not vertices;
         they are listed in `hidden`. Queries of nearest points, natural neighbours and alpha shapes raise OptionError.
     period : float or array_like of shape (d,), optional
         Lengths of a box that repeats, from `origin` on; None for an axis that is not periodic. The simplices are one of
@@ -42,7 +42,8 @@ class Delaunay(Queries):
     origin : array_like of shape (d,), optional
         The lower corner of the periodic box. By default, 0.
     wrap : bool, optional
-        Whether points outside of the periodic box are admitted, as images of points in it. Otherwise, they raise PointError.
+        Whether points outside of the periodic box are admitted, as images of points in it, up to 2**20 lengths away. Otherwise,
+        they raise PointError.
     threads : int, optional
         Number of threads. By default, all cores that the process may use. Results do not depend on it.
     seed : int, optional
@@ -74,12 +75,13 @@ class Delaunay(Queries):
     convex_hull : ndarray of int of shape (h, d)
         Facets of the hull, seen counter-clockwise from outside, sorted.
     duplicates : ndarray of int of shape (k, 2)
-        Each coincident point, and the first point at its place, which is the vertex.
+        Each coincident point, and the first point at its place, which is the vertex. With weights, it is the first of the
+        heaviest points at its place; lighter ones are in `hidden`.
     hidden : ndarray of int of shape (k,)
         The points that weights hide, ascending.
-    offsets : ndarray of int8 of shape (m, d + 1, d), or None
+    offsets : ndarray of int32 of shape (m, d + 1, d), or None
         In a periodic box, the whole numbers of lengths to the image of each vertex:
-        ``points[simplices] + offsets * period``.
+        ``points[simplices] + offsets * period``, with 0 in the place of None in `period`.
 
     Notes
     -----
@@ -194,31 +196,39 @@ class Delaunay(Queries):
 
     @property
     def duplicates(self) -> Any:
-        """(k, 2). Each coincident point and the first point at its place, which is the vertex."""
+        """(k, 2). Each coincident point and the first point at its place, which is the vertex.
+
+        With weights, it is the first of the heaviest points at its place; lighter ones are in `hidden`. If others hide it, it is in
+        `hidden`, too.
+        """
         return self._made("duplicates", self._core.duplicates)
 
     @property
     def coplanar(self) -> Any:
-        """(k, 3). As in scipy: a point that is no vertex, a simplex at it, the vertex at its place. Only duplicates occur."""
+        """(k, 3). As in scipy: a point that is not a vertex, a simplex at it, the vertex at its place. Only duplicates occur.
+
+        A duplicate of a hidden point has -1 for both.
+        """
 
         def make() -> Any:
             pairs = self.duplicates
-            columns = (pairs[:, 0], self.vertex_to_simplex[pairs[:, 0]], pairs[:, 1])
+            vertices = np.where(np.isin(pairs[:, 1], self.hidden), pairs.dtype.type(-1), pairs[:, 1])
+            columns = (pairs[:, 0], self.vertex_to_simplex[pairs[:, 0]], vertices)
             return arguments.frozen(np.ascontiguousarray(np.stack(columns, axis=1)))
 
         return self._made("coplanar", make)
 
     @property
     def hidden(self) -> Any:
-        """(k,). Points that weights hide, ascending: they are no vertices. Empty without weights."""
+        """(k,). Points that weights hide, ascending: they are not vertices. Empty without weights."""
         return self._made("hidden", self._core.hidden)
 
     @property
     def offsets(self) -> Any:
         """(m, d + 1, d). In a periodic box, the whole numbers of lengths to each vertex; None without a box.
 
-        The vertices lie at ``points[simplices] + offsets * period``. The first one of a simplex has the offset 0. The type is
-        int8, or int32 if `wrap` admits a point that is more than 127 boxes away.
+        The vertices lie at ``points[simplices] + offsets * period``, with 0 in the place of None in `period`. The first one of a
+        simplex has the offset 0. The type is int32.
         """
         return self._made("offsets", self._core.offsets)
 
@@ -240,7 +250,7 @@ class Delaunay(Queries):
 
     @property
     def vertex_to_simplex(self) -> Any:
-        """(n,). The first simplex of each vertex; that of its vertex for a duplicate; -1 if there is none."""
+        """(n,). The first simplex of each vertex; that of its vertex for a duplicate; -1 if there is none, as for a hidden point."""
         return self._made("vertex_to_simplex", self._core.vertex_to_simplex)
 
     @property
@@ -256,7 +266,7 @@ class Delaunay(Queries):
 
     @property
     def volumes(self) -> Any:
-        """(m,). Areas or volumes of the simplices: positive, with a relative error below 1e-15."""
+        """(m,). Areas or volumes of the simplices: positive, with a relative error below 1e-15, also in a periodic box."""
         return self._made("volumes", self._core.volumes)
 
     @property

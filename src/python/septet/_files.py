@@ -47,6 +47,9 @@ def read(
 ) -> Cells:
     """Read any format of ``septet triangulate`` or ``septet verify``.
 
+    Weights, offsets and other data of points are not read. The points of a file of a periodic box include the images that are
+    vertices, after those of the input.
+
     Parameters
     ----------
     path : str or path
@@ -91,11 +94,14 @@ def verify(
     simplices : array_like of int of shape (m, d + 1)
         Indices of points, in any order.
     weights : array_like of shape (n,), optional
-        Weights of the points: the simplices must be the regular triangulation, and all points that are no vertices hidden.
+        Weights of the points: the simplices must be the regular triangulation, and all points that are not vertices must be
+        hidden, or coincide with a vertex of the same weight or with a hidden point.
     period : float or array_like of shape (d,), optional
-        Lengths of a periodic box, None along an axis that is not periodic. The points may lie anywhere.
+        Lengths of a periodic box, None along an axis that is not periodic. A point that is more than 2**26 lengths away from
+        the box at 0 is a fault. (`Delaunay` admits up to 2**20 lengths with `wrap`.)
     offsets : array_like of int of shape (m, d + 1, d), optional
         The whole numbers of lengths to the image of each vertex, as `Delaunay.offsets`. A periodic box needs them.
+        A number above 2**26 is a fault.
     threads : int, optional
         Number of threads; all cores by default.
     progress : callable, optional

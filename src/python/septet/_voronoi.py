@@ -29,12 +29,13 @@ class Voronoi(Lazy):
     points : array_like of shape (n, 2) or (n, 3), or Delaunay
         The points, or their triangulation, with weights or a periodic box if it has them.
     box : tuple of array_like, optional
-        The corners (low, high) of a box, which must contain all points. All results are then those of the parts in the
-        box. Points with weights need it. A periodic box needs it along axes that are not periodic.
+        The corners (low, high) of a box, which must contain all vertices. All results are then those of the parts in the
+        box. Points with weights need it. A periodic box needs it only if an axis is not periodic; its ends along periodic
+        axes are not used.
     weights, period, origin, wrap : optional
-        See `Delaunay`. With weights, the cells are those of the power diagram: ``weights=r**2`` for balls of radius r. In a
-        periodic box, the volumes add up to it. Cells are then made one by one: `vertices` are the corners of each, and there
-        are no ridges.
+        See `Delaunay`. They are not allowed if `points` is a Delaunay, which has its own. With weights, the cells are those
+        of the power diagram: ``weights=r**2`` for balls of radius r. In a periodic box, the volumes add up to it. Cells are
+        then made one by one: `vertices` are the corners of each, and there are no ridges.
     threads : int, optional
         Number of threads; all cores by default.
 
@@ -43,8 +44,10 @@ class Voronoi(Lazy):
     PointError
         If a point is not finite or lies outside of the box.
     OptionError
-        If cells, ridges or volumes of flat points are requested: they have no simplices. If points with weights have no box,
-        or if their ridges are requested.
+        If cells, ridges or volumes of flat points are requested: they have no simplices. If points with weights have no box, if
+        a box is given although all axes are periodic, or if ridges are requested with weights or in a periodic box.
+    MemoryLimitError
+        If the cells of points with weights or in a periodic box have 2**32 - 1 corners or more.
 
     Attributes
     ----------
@@ -114,7 +117,10 @@ class Voronoi(Lazy):
         return self
 
     def __repr__(self) -> str:
-        where = "unbounded" if self._box is None else "in a box"
+        if self._delaunay._core.is_periodic:
+            where = "in a periodic box"
+        else:
+            where = "unbounded" if self._box is None else "in a box"
         return f"<septet.Voronoi: {len(self.points)} points, {self._delaunay.ndim} dimensions, {where}>"
 
     @property
@@ -204,14 +210,18 @@ class Voronoi(Lazy):
 
     @property
     def point_region(self) -> Any:
-        """(n,). The region of each point: that of its vertex for a duplicate; -1 for a skipped or hidden point."""
+        """(n,). The region of each point: that of its vertex for a duplicate.
+
+        -1 for a skipped or hidden point, and for a duplicate of a hidden one.
+        """
 
         def make() -> Any:
             duplicates = self._delaunay.duplicates
             regions = np.arange(len(self.points), dtype=duplicates.dtype)
-            regions[duplicates[:, 0]] = duplicates[:, 1]
             regions[self._delaunay.skipped] = -1
             regions[self._delaunay.hidden] = -1
+            # A point that others hide may have duplicates.
+            regions[duplicates[:, 0]] = regions[duplicates[:, 1]]
             return arguments.frozen(regions)
 
         return self._made("point_region", make)

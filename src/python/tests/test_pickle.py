@@ -122,6 +122,16 @@ def test_meshes(tmp_path: Any) -> None:
     far[1][3] = 10**6
     nan = [np.array(array) for array in arrays]
     nan[0][3] = np.nan
+
+    def with_array(at: int, array: Any) -> "list[Any]":
+        return [array if i == at else each for i, each in enumerate(arrays)]
+
+    odd = [with_array(at, np.append(arrays[at], arrays[at].dtype.type(1))) for at in (7, 13)]
+    large = with_array(5, np.full_like(arrays[5], 2**32 - 1))
+    without_regions = with_array(2, arrays[2][:0])
+    for contents in (*odd, large, without_regions):
+        with pytest.raises(septet.InputError, match="the pickle holds no mesh"):
+            rebuild(ndim, first, quality, contents)
     wrong: Any
     for wrong in ((3, first, quality, arrays), (7, first, quality, arrays), (ndim, first, "no", arrays), (ndim, first, 3, arrays),
                   (ndim, first, quality, arrays[:-1]), (ndim, first, quality, short), (ndim, first, quality, far),

@@ -116,6 +116,25 @@ fn periodic_cells<P: Both>() {
     }
 }
 
+/// Sites far from the box have the cells of their images in it.
+#[test]
+fn far_sites_in_a_row_fill_the_box() {
+    let mut periodic = Periodic::of_lengths(&[1.0; 2]);
+    periodic.wrap = true;
+    let mut spec = Spec::default();
+    spec.input.periodic = Some(periodic.clone());
+    let row = [0.1, 1e6 + 0.4, 0.85].map(|x| Weighted::new(glam::DVec2::new(x, 0.5), 0.0));
+    let run = triangulate(&row, &spec).unwrap();
+    let region = Region::of_periods(&periodic);
+    let volumes = power_volumes(&row, &run, region).unwrap();
+    let middle = row[1].position().x - 1e6;
+    let expected = [middle + 0.15, 0.75, 1.1 - middle].map(|width| width / 2.0);
+    assert!(volumes.iter().zip(expected).all(|(a, b)| (a - b).abs() < 1e-14), "{volumes:?} {expected:?}");
+    assert!((volumes.iter().sum::<f64>() - 1.0).abs() < 1e-12, "{volumes:?}");
+    let centroids = power_centroids(&row, &run, region).unwrap();
+    assert!((centroids[1].x - 1e6 - 0.4375).abs() < 1e-9, "{centroids:?}");
+}
+
 #[test]
 fn partly_periodic_cells_fill_their_box() {
     let mut draw = Draw(71);
