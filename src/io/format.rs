@@ -7,6 +7,7 @@ mod role;
 mod row;
 #[cfg(test)]
 mod tests;
+mod uses;
 
 use std::path::Path;
 use std::str::FromStr;

@@ -1,6 +1,6 @@
 //! The row of a format in the table.
 
-use super::Role;
+use super::role::Role;
 
 /// The files that an output consists of.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

@@ -2,8 +2,7 @@
 
 mod binary;
 mod data;
-
-use std::collections::HashMap;
+mod parts;
 
 use crate::read::cells::index;
 use crate::read::collect::Collector;
@@ -13,70 +12,8 @@ use crate::read::mesh_sizes;
 use crate::read::points::ReadOptions;
 use crate::read::text::{Line, Lines, Source, integer};
 use data::NodeData;
+use parts::{ADVICE, Section, Tags, Version, kind, tag};
 use septet_core::mesh::field::SizeField;
-
-/// Node tags and their zero-based indices, which are the positions of the nodes in their section.
-struct Tags {
-    first: i64,
-    count: u64,
-    /// The index of each tag. `None` if the tags are consecutive.
-    map: Option<HashMap<i64, u64>>,
-}
-
-impl Tags {
-    fn new(tags: &[i64]) -> Self {
-        let first = tags.first().copied().unwrap_or(1);
-        let rising = tags.iter().enumerate().all(|(i, tag)| first.checked_add(i as i64) == Some(*tag));
-        let map = || tags.iter().enumerate().map(|(i, tag)| (*tag, i as u64)).collect();
-        Tags { first, count: tags.len() as u64, map: (!rising).then(map) }
-    }
-
-    /// Returns `true` if two nodes have the same tag.
-    fn doubled(&self) -> bool {
-        self.map.as_ref().is_some_and(|map| (map.len() as u64) < self.count)
-    }
-
-    #[inline]
-    fn index(&self, tag: i64) -> Option<u64> {
-        match &self.map {
-            Some(map) => map.get(&tag).copied(),
-            None => {
-                tag.checked_sub(self.first).and_then(|i| u64::try_from(i).ok()).filter(|i| *i < self.count)
-            }
-        }
-    }
-}
-
-/// Reads a section line by line.
-struct Section<'a, 'b> {
-    source: Source<'a>,
-    lines: &'b mut Lines<'a>,
-    what: &'static str,
-}
-
-impl<'a> Section<'a, '_> {
-    /// Returns the next line of the section, or an error if the section ends.
-    fn line(&mut self, expected: u64, found: u64) -> Result<Line<'a>, InputError> {
-        let line = self.lines.next_data().filter(|line| !line.text.trim_ascii().starts_with(b"$"));
-        let place = Place::Line(self.lines.number());
-        line.ok_or_else(|| self.source.truncated(place, self.what, expected, found))
-    }
-
-    fn end(&mut self, name: &str, expected: u64, found: u64) -> Result<(), InputError> {
-        let place = Place::Line(self.lines.number());
-        match self.lines.next_data() {
-            Some(line) if line.keyword() == name => {}
-            Some(line) => return Err(self.source.surplus(line.place(), self.what, expected)),
-            None => {
-                return Err(self.source.truncated(place, "lines closing a section", 1, 0));
-            }
-        }
-        if found < expected {
-            return Err(self.source.truncated(place, self.what, expected, found));
-        }
-        Ok(())
-    }
-}
 
 /// Reads the sizes at the nodes: the data with the name `size`, or the only data.
 pub fn read_sizes(source: Source<'_>) -> Result<SizeField, InputError> {
@@ -150,15 +87,6 @@ fn parse_text<'a>(
     nodes.map(|(mesh, _)| mesh).ok_or_else(missing)
 }
 
-#[derive(Clone, Copy, PartialEq, Eq)]
-enum Version {
-    Two,
-    FourOne,
-}
-
-/// The advice for other versions.
-const ADVICE: &str = "save as version 2.2 or 4.1 (gmsh -format msh22 or msh41)";
-
 /// Whether the format line, which is the second, has the number 1.
 fn is_binary(source: Source<'_>) -> bool {
     let mut lines = Lines::new(source.data);
@@ -181,11 +109,6 @@ fn format<'a>(source: Source<'a>, lines: &mut Lines<'a>) -> Result<Version, Inpu
     };
     section.end("$endmeshformat", 1, 1)?;
     Ok(version)
-}
-
-fn tag(source: Source<'_>, line: &Line<'_>, word: Option<&[u8]>) -> Result<i64, InputError> {
-    let word = word.ok_or_else(|| source.bad_line(line, "a node tag"))?;
-    integer(word).ok_or_else(|| source.bad_word(line, word, "a node tag"))
 }
 
 fn read_nodes<'a>(
@@ -240,15 +163,6 @@ fn read_nodes<'a>(
     }
     let base = u64::try_from(tags.first).unwrap_or(0);
     Ok((FileMesh::new(source, points, base), tags))
-}
-
-fn kind(element: i64) -> CellKind {
-    match element {
-        1 | 15 => CellKind::Lower,
-        2 => CellKind::Triangle,
-        4 => CellKind::Tetrahedron,
-        _ => CellKind::Other,
-    }
 }
 
 fn read_elements(

@@ -1,6 +1,6 @@
 //! Gmsh `.msh`, versions 2.2 and 4.1, binary. Numbers have the byte order that the header shows.
 
-use super::{Tags, Version, kind};
+use super::parts::{ADVICE, Tags, Version, kind};
 use crate::read::collect::Collector;
 use crate::read::error::{InputError, Place};
 use crate::read::mesh::{CellKind, FileMesh};
@@ -140,7 +140,7 @@ impl<'a> Cursor<'a> {
             [version, _, b"8"] if version == b"2" || version.starts_with(b"2.") => Version::Two,
             _ => {
                 let what = format!("a binary .msh file of the version {}", excerpt(line));
-                return Err(source.unsupported(Place::Byte(at as u64), what, super::ADVICE));
+                return Err(source.unsupported(Place::Byte(at as u64), what, ADVICE));
             }
         };
         let one = self.take(4, "bytes of the byte order", 4)?;

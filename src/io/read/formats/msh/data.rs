@@ -1,6 +1,6 @@
 //! Data of nodes: the section `$NodeData` of a text file.
 
-use super::{Section, Tags};
+use super::parts::{Section, Tags, tag};
 use crate::read::error::InputError;
 use crate::read::text::{Lines, Source, number};
 
@@ -42,7 +42,7 @@ pub fn read<'a>(
     for found in 0..rows {
         let line = section.line(rows, found)?;
         let mut words = line.words();
-        let tag = super::tag(source, &line, words.next())?;
+        let tag = tag(source, &line, words.next())?;
         let word = words.next().ok_or_else(|| source.bad_line(&line, "a node and its number"))?;
         let value = number(word).ok_or_else(|| source.bad_number(&line, word))?;
         let index = tags.index(tag).ok_or_else(|| source.bad_line(&line, "the tag of a node above"))?;
