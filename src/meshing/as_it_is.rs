@@ -2,7 +2,7 @@
 
 use glam::{DVec2, DVec3};
 
-use crate::constrained::{constrain, constrain_and_fill};
+use crate::constrained::{Wish, constrain, constrain_and_refine};
 use crate::domain::Domain;
 use crate::facet::Triangulate;
 use crate::generate::{GeneratedMesh, GenerationError, MeshMachine, Rules};
@@ -23,25 +23,15 @@ pub trait AsItIs: Triangulate {
         machine: &mut M,
     ) -> Counted<Self, M::Error>;
 
-    /// Adds points inside the domain to its constrained triangulation, for the sizes of the rules.
-    ///
-    /// # Errors
-    /// Returns the error of the machine, [`GenerationError::Missing`], [`GenerationError::TooMany`] or
-    /// [`GenerationError::Unsupported`].
-    fn filled<M: MeshMachine<Self> + Sync>(
-        domain: &Domain<Self>,
-        rules: Rules<'_, Self>,
-        machine: &mut M,
-    ) -> Counted<Self, M::Error>;
-
-    /// Refines the constrained triangulation of a domain to a least angle in degrees and to the sizes of the rules.
+    /// Refines the constrained triangulation of a domain to a ratio of circumradius and shortest edge, and to the sizes
+    /// of the rules.
     ///
     /// # Errors
     /// Returns the error of the machine, [`GenerationError::TooMany`] or [`GenerationError::Unsupported`].
     fn refined<M: MeshMachine<Self>>(
         domain: &Domain<Self>,
         rules: Rules<'_, Self>,
-        degrees: f64,
+        wish: Wish,
         machine: &mut M,
     ) -> Counted<Self, M::Error>;
 }
@@ -55,21 +45,16 @@ impl AsItIs for DVec2 {
         plane::as_it_is(domain, machine)
     }
 
-    fn filled<M: MeshMachine<Self> + Sync>(
-        _: &Domain<Self>,
-        _: Rules<'_, Self>,
-        _: &mut M,
-    ) -> Counted<Self, M::Error> {
-        Err(GenerationError::Unsupported("a boundary without new points is for domains in space only"))
-    }
-
     fn refined<M: MeshMachine<Self>>(
         domain: &Domain<Self>,
         rules: Rules<'_, Self>,
-        degrees: f64,
+        wish: Wish,
         machine: &mut M,
     ) -> Counted<Self, M::Error> {
-        plane::refined(domain, rules, degrees, machine)
+        if !wish.divides {
+            return Err(GenerationError::Unsupported("a boundary without new points is for domains in space only"));
+        }
+        plane::refined(domain, rules, (0.5 / wish.ratio).asin().to_degrees(), machine)
     }
 }
 
@@ -82,20 +67,12 @@ impl AsItIs for DVec3 {
         constrain(domain, rules, machine).map(|made| (made, 0))
     }
 
-    fn filled<M: MeshMachine<Self> + Sync>(
+    fn refined<M: MeshMachine<Self>>(
         domain: &Domain<Self>,
         rules: Rules<'_, Self>,
+        wish: Wish,
         machine: &mut M,
     ) -> Counted<Self, M::Error> {
-        constrain_and_fill(domain, rules, machine).map(|made| (made, 0))
-    }
-
-    fn refined<M: MeshMachine<Self>>(
-        _: &Domain<Self>,
-        _: Rules<'_, Self>,
-        _: f64,
-        _: &mut M,
-    ) -> Counted<Self, M::Error> {
-        Err(GenerationError::Unsupported("refinement of a constrained triangulation is for the plane only"))
+        constrain_and_refine(domain, rules, wish, machine)
     }
 }

@@ -55,7 +55,7 @@ fn radius_edge<P: Triangulate>(checked: &CheckedMesh<'_, P>) -> Vec<String> {
     let CheckedMesh { domain, request, quality, .. } = *checked;
     let [free, near, above, outside] = &quality.places;
     let bound = Promise::of(request.sizes.lipschitz).free;
-    let is_bounded = !request.remeshes(domain) && !request.as_it_is && !request.is_refined::<P>();
+    let is_bounded = !request.remeshes(domain) && !request.as_it_is && !request.is_refined(domain);
     let bound = if is_bounded { format!(", bound {bound:.2}") } else { String::new() };
     let mut parts = Vec::new();
     for (place, bound, at) in [

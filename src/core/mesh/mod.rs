@@ -75,7 +75,7 @@ fn sizes_on<P: Triangulate>(
     machine: &CountedMachine,
 ) -> Result<SizeFunction<P>, MeshError> {
     let mut options = request.size_options(domain)?;
-    if request.is_free::<P>() {
+    if request.is_free(domain) {
         // No part of the boundary limits the size, and no good cell is larger than this.
         let none = Features::of_chains(domain, Vec::new());
         options.constraints.most.get_or_insert(4.0 * diagonal_of(domain));
@@ -114,7 +114,7 @@ pub fn assess<P: Triangulate>(
     worst: usize,
 ) -> Quality<P> {
     let _span = stage_span(request.run.machine.name(), "quality");
-    if request.is_free::<P>() || request.keep_surface {
+    if request.is_free(domain) {
         return measure_freely(domain, mesh, worst);
     }
     if !request.remeshes(domain) {
@@ -255,10 +255,8 @@ fn generated<P: AsItIs>(
 ) -> Counted<P, crate::Error> {
     if request.as_it_is {
         P::as_it_is(domain, rules, machine)
-    } else if request.keep_surface {
-        P::filled(domain, rules, machine)
-    } else if request.is_refined::<P>() {
-        P::refined(domain, rules, request.least_angle(), machine)
+    } else if request.is_refined(domain) {
+        P::refined(domain, rules, request.wish(), machine)
     } else if request.remeshes(domain) {
         let options = Options { distance: request.max_distance };
         remesh(domain, rules, request.feature_angle, options, machine).map(|made| (made, 0))

@@ -183,19 +183,21 @@ impl MeshSpec {
         self.boundary_of(domain.kind) == Boundary::Remesh && (self.boundary.is_some() || domain.manifold)
     }
 
-    /// Whether the constrained triangulation of a domain in this dimension is refined.
-    pub fn is_refined<P: Triangulate>(&self) -> bool {
-        P::DIM == 2 && !self.conforming && !self.as_it_is
+    /// Whether the constrained triangulation of a domain is refined.
+    pub fn is_refined<P: Triangulate>(&self, domain: &Domain<P>) -> bool {
+        !self.conforming && !self.as_it_is && (P::DIM == 2 || !self.remeshes(domain))
     }
 
     /// Whether only the request limits the sizes: for a constrained triangulation as it is or refined.
-    pub fn is_free<P: Triangulate>(&self) -> bool {
-        self.as_it_is || self.is_refined::<P>()
+    pub fn is_free<P: Triangulate>(&self, domain: &Domain<P>) -> bool {
+        self.as_it_is || self.is_refined(domain)
     }
 
-    /// Returns the least angle in degrees of a refined triangulation: that of the largest radius-edge ratio, but at least 20.
-    pub fn least_angle(&self) -> f64 {
-        (0.5 / self.radius_edge()).asin().to_degrees().max(LEAST_ANGLE)
+    /// Returns what refinement shall reach: the largest radius-edge ratio, but at most that of an angle of 20 degrees in
+    /// the plane.
+    pub fn wish(&self) -> Wish {
+        let ratio = self.radius_edge().min(0.5 / LEAST_ANGLE.to_radians().sin());
+        Wish { ratio, divides: !self.keep_surface }
     }
 
     /// Returns the largest radius-edge ratio away from the boundary: `1/(1-L)`.

@@ -268,11 +268,6 @@ impl Cells {
         self.at.resize(count, NONE);
     }
 
-    /// Returns a cell at a vertex.
-    pub(super) fn at(&self, v: u32) -> u32 {
-        self.at[v as usize]
-    }
-
     /// Replaces cells by others that fill the same region, and returns the new ones.
     pub(super) fn replace(&mut self, old: &[u32], new: &[[u32; 4]]) -> Vec<u32> {
         let mut made = Vec::with_capacity(new.len());

@@ -31,10 +31,10 @@
 
 mod cells;
 mod facets;
-mod interior;
 mod layout;
 mod planar;
 mod points;
+mod refine;
 mod result;
 mod rounding;
 mod segments;
@@ -50,9 +50,7 @@ use septet_geometry::predicates::Sign;
 
 use crate::bvh::Bounds;
 use crate::domain::{Domain, Feature};
-use crate::generate::{
-    GeneratedMesh, GenerationError, MeshMachine, Missing, Rules, StageCounts, refine_inside,
-};
+use crate::generate::{GeneratedMesh, GenerationError, MeshMachine, Missing, Rules, StageCounts};
 use crate::mesh::Carrier;
 use crate::space::Space;
 
@@ -60,6 +58,8 @@ use cells::Cells;
 use facets::{Kept, Patches};
 use layout::Layout;
 use points::Points;
+use refine::{Limits, TooMany, refine};
+use result::Recovered;
 use segments::Subsegments;
 
 /// The number of corners of the box.
@@ -94,6 +94,15 @@ pub fn constrain<P: Space, M: MeshMachine<P>>(
     rules: Rules<'_, P>,
     machine: &mut M,
 ) -> Result<GeneratedMesh<P>, GenerationError<M::Error>> {
+    recover(domain, rules, machine).map(|made| made.mesh)
+}
+
+/// Computes the constrained triangulation, and what it keeps.
+fn recover<P: Space, M: MeshMachine<P>>(
+    domain: &Domain<P>,
+    rules: Rules<'_, P>,
+    machine: &mut M,
+) -> Result<Recovered<P>, GenerationError<M::Error>> {
     if P::DIM != 3 {
         return Err(GenerationError::Unsupported(
             "only domains in space have a constrained tetrahedralization",
@@ -124,12 +133,13 @@ pub fn constrain<P: Space, M: MeshMachine<P>>(
         let mut recovery = Recovery { layout: layout.clone(), points, cells, subs, most };
         recovery.segments()?;
         let (kept, missing) = recovery.facets(if exchanges { 8 } else { ATTEMPTS })?;
-        let (mesh, rounded) = recovery.rounded(domain, &kept, rules)?;
+        let mut made = recovery.rounded(domain, &kept, rules)?;
         let stage =
             |name, candidates, points| StageCounts { name, candidates, points, ..StageCounts::default() };
         let recovered = stage("recovery", missing, recovery.added());
-        let stages = vec![first, recovered, stage("rounding", rounded.bad, rounded.moved)];
-        Ok(GeneratedMesh { stages, ..mesh })
+        let rounded = stage("rounding", made.rounded.bad, made.rounded.moved);
+        made.mesh.stages = vec![first, recovered, rounded];
+        Ok(made)
     };
     let made = attempt(true).or_else(|_: Lost| attempt(false)).map_err(missing)?;
     // The attempts round as well; this stage has only their counts.
@@ -137,23 +147,42 @@ pub fn constrain<P: Space, M: MeshMachine<P>>(
     Ok(made)
 }
 
-/// Computes the constrained triangulation of a domain, and inserts points of the volume for sizes and shapes. No face of
-/// a facet changes after the triangulation.
+/// Computes the constrained triangulation of a domain, and refines it. Also returns the cells that refinement visited.
 ///
 /// # Errors
 /// Returns the errors of [`constrain`], and [`GenerationError::TooMany`] if the mesh needs too many vertices.
-pub fn constrain_and_fill<P: Space, M: MeshMachine<P> + Sync>(
+pub fn constrain_and_refine<P: Space, M: MeshMachine<P>>(
     domain: &Domain<P>,
     rules: Rules<'_, P>,
+    wish: Wish,
     machine: &mut M,
-) -> Result<GeneratedMesh<P>, GenerationError<M::Error>> {
-    let mut mesh = constrain(domain, rules, machine)?;
-    let mut inner = interior::Inner::new(&mesh);
-    let (vertices, stage) = refine_inside(domain, rules, machine, mesh.vertices.clone(), &mut inner)?;
-    mesh.vertices = vertices;
-    mesh.stages.push(stage);
-    inner.update(&mut mesh);
-    Ok(mesh)
+) -> Result<(GeneratedMesh<P>, u64), GenerationError<M::Error>> {
+    let made = recover(domain, rules, machine)?;
+    machine.stage("refinement");
+    let frame = &domain.simplices.frame;
+    let snapped = |p: DVec3| layout::space(frame.snapped(P::from_coords(&p.to_array())));
+    let size = |p: DVec3| rules.size.at(P::from_coords(&p.to_array()));
+    let limits =
+        Limits { ratio: wish.ratio, size: &size, snapped: &snapped, divides: wish.divides, most: rules.most };
+    let refined = refine(&made, &limits);
+    let (mut mesh, done) = refined.map_err(|_: TooMany| GenerationError::TooMany(rules.most))?;
+    mesh.stages = made.mesh.stages;
+    mesh.stages.push(StageCounts {
+        name: "refinement",
+        candidates: done.bad,
+        points: done.points,
+        ..StageCounts::default()
+    });
+    Ok((mesh, done.visits))
+}
+
+/// What refinement shall reach.
+#[derive(Clone, Copy, Debug)]
+pub struct Wish {
+    /// The largest ratio of circumradius and shortest edge.
+    pub ratio: f64,
+    /// Whether edges and facets of the input may be divided.
+    pub divides: bool,
 }
 
 /// Returns the vertices, and the corners of a box around them.

@@ -71,22 +71,6 @@ impl Points {
         Points { given: at.len(), at, exact: Vec::new(), ranks, planes }
     }
 
-    /// Adds a vertex of doubles. There must be no points on segments.
-    pub(super) fn push(&mut self, p: DVec3) {
-        self.at.push(p);
-        self.given += 1;
-        self.ranks.push(0);
-        self.planes.push(Vec::new());
-    }
-
-    /// Removes the vertex that was added last.
-    pub(super) fn pop(&mut self) {
-        self.at.pop();
-        self.given -= 1;
-        self.ranks.pop();
-        self.planes.pop();
-    }
-
     pub(super) fn len(&self) -> usize {
         self.at.len()
     }

@@ -21,7 +21,19 @@ use crate::generate::{CellLabels, Delaunay, GeneratedMesh, Rules, Subsegment, Ve
 use crate::mesh::Carrier;
 use crate::points::conflicts::Site;
 use crate::sides::Sets;
-use crate::space::Space;
+use crate::space::{Space, ascending};
+
+/// A constrained triangulation, with the parts of the input that it keeps.
+pub(super) struct Recovered<P: Space> {
+    pub(super) mesh: GeneratedMesh<P>,
+    pub(super) rounded: Rounded,
+    /// The patch of each face of the mesh.
+    pub(super) patches: Vec<u32>,
+    /// The facet of each patch.
+    pub(super) facets: Vec<u32>,
+    /// The edges of the input, ends ascending, with the features that carry them.
+    pub(super) edges: Vec<([u32; 2], Carrier)>,
+}
 
 /// A face of a patch, with its cell on each side.
 type Sided = ([u32; 3], u32, [u32; 2]);
@@ -79,7 +91,7 @@ impl Recovery {
         domain: &Domain<P>,
         kept: &Kept,
         rules: Rules<'_, P>,
-    ) -> Result<(GeneratedMesh<P>, Rounded), Lost> {
+    ) -> Result<Recovered<P>, Lost> {
         let (labels, faces) = self.labels(domain, kept);
         let chains = self.subs.chains(self.layout.parts.len());
         let given = self.points.given() - BOX;
@@ -88,12 +100,14 @@ impl Recovery {
         let mut carriers = self.layout.carriers.clone();
         carriers.resize(self.points.len() - BOX, Carrier::Volume);
         let (mut movable, mut subsegments) = (Vec::new(), Vec::<Subsegment>::new());
+        let mut edges = Vec::new();
         for (part, chain) in self.layout.parts.iter().zip(&chains) {
             let chain: Vec<u32> = chain.iter().map(|&v| short(v)).collect();
             for w in chain.windows(3) {
                 carriers[w[1] as usize] = part.carrier;
                 movable.push(OnPart { vertex: w[1], between: [w[0], w[2]] });
             }
+            edges.extend(chain.windows(2).map(|w| (ascending([w[0], w[1]]), part.carrier)));
             if let Carrier::Segment(s) = part.carrier {
                 subsegments.extend(chain.windows(2).map(|w| (s, [w[0], w[1]])));
             }
@@ -111,8 +125,10 @@ impl Recovery {
         let found = faces.into_iter().filter_map(|(face, patch, cells)| {
             let cells = cells.map(|c| number.get(&c).copied().unwrap_or(u32::MAX));
             let facet = self.layout.patches[patch as usize].facet;
-            (cells != [u32::MAX; 2]).then(|| (facet, row::<P::Facet>(&face.map(short)), cells))
+            let found = (facet, row::<P::Facet>(&face.map(short)), cells);
+            (cells != [u32::MAX; 2]).then_some((found, patch))
         });
+        let (faces, patches) = found.unzip();
         let mut vertices = Vertices { points: vec![], sizes: vec![], carriers: vec![] };
         for (p, carrier) in at.into_iter().zip(carriers) {
             let at = P::from_coords(&p.to_array());
@@ -121,7 +137,7 @@ impl Recovery {
         let mesh = GeneratedMesh {
             vertices,
             labels: CellLabels { of: inside.iter().map(|c| labels[c]).collect() },
-            faces: found.collect(),
+            faces,
             delaunay: Delaunay {
                 neighbours: vec![P::Cell::splat(u32::MAX); rows.len()],
                 cells: rows.iter().map(|cell| row(cell)).collect(),
@@ -130,7 +146,8 @@ impl Recovery {
             stages: Vec::new(),
         };
         debug_assert_eq!(space(mesh.vertices.points[0]).to_array().len(), P::DIM);
-        Ok((mesh, done))
+        let facets = self.layout.patches.iter().map(|p| p.facet).collect();
+        Ok(Recovered { mesh, rounded: done, patches, facets, edges })
     }
 }
 

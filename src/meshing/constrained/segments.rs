@@ -58,7 +58,7 @@ pub(super) struct Subsegments {
 impl Subsegments {
     pub(super) fn new(points: &Points, parts: &[Part], exchanges: bool) -> Self {
         let largest = points.at.iter().map(|p| p.abs().max_element()).fold(0.0, f64::max);
-        let acute = acute(points, parts);
+        let acute = acute(&points.at, parts.iter().map(|p| p.ends));
         let shortest = SHORTEST * largest;
         let mut made = Subsegments { acute, shortest, exchanges, ..Subsegments::default() };
         for (part, row) in (0u32..).zip(parts) {
@@ -202,7 +202,7 @@ impl Subsegments {
 }
 
 /// Returns the power of two between one and two thirds of a length.
-fn shell(length: f64) -> f64 {
+pub(super) fn shell(length: f64) -> f64 {
     let exponent = (length / 3.0).to_bits() & (0x7ff << 52);
     2.0 * f64::from_bits(exponent)
 }
@@ -226,14 +226,14 @@ fn reference(points: &Points, cells: &Cells, ends: [u32; 2]) -> Option<DVec3> {
     best.map(|(_, p)| p)
 }
 
-/// Returns whether parts meet at less than 60 degrees at each input vertex.
-fn acute(points: &Points, parts: &[Part]) -> Vec<bool> {
-    let mut at: Vec<Vec<DVec3>> = vec![Vec::new(); points.given()];
-    for part in parts {
-        let [a, b] = part.ends.map(|v| points.at[v as usize]);
+/// Returns whether edges meet at less than 60 degrees at each point.
+pub(super) fn acute(points: &[DVec3], edges: impl Iterator<Item = [u32; 2]>) -> Vec<bool> {
+    let mut at: Vec<Vec<DVec3>> = vec![Vec::new(); points.len()];
+    for ends in edges {
+        let [a, b] = ends.map(|v| points[v as usize]);
         let along = (b - a).normalize_or_zero();
-        at[part.ends[0] as usize].push(along);
-        at[part.ends[1] as usize].push(-along);
+        at[ends[0] as usize].push(along);
+        at[ends[1] as usize].push(-along);
     }
     let is_acute = |all: &Vec<DVec3>| {
         all.len() >= MANY || all.iter().enumerate().any(|(i, d)| all[..i].iter().any(|e| d.dot(*e) > 0.5))

@@ -1,0 +1,267 @@
+//! Refinement of a constrained triangulation: points where the shape or the size of a cell asks for them.
+//!
+//! **Statement.** A cell is *bad* if its circumradius exceeds B times its shortest edge, or the size at its
+//! circumcentre. The worst bad cell receives its circumcentre. If a wall or a kept edge is in the way, or if the
+//! smallest ball around one of those next to the new cells contains the circumcentre, this wall or edge is divided
+//! instead: a wall at the centre of its circle, an edge in the middle, or at a power of two from an end where kept edges
+//! meet at less than 60 degrees. A wall is replaced by an edge in the same way. So the boundary is divided only where a
+//! cell asks for it, and never if it must be kept as it is ([`Limits::divides`]).
+//!
+//! *It ends.* A point is inserted only if its distance from all vertices of its cavity is at least the shortest edge of
+//! the bad cell. So no edge becomes shorter than the shortest edge of the first cells, and the domain is bounded. At small
+//! angles of the input, where points on two features would approach each other for ever, this rule stops refinement, and
+//! cells that it leaves stay bad. Each bad cell that cannot be changed is left.
+//!
+//! *The mesh still conforms*, because of [`cavity`].
+//!
+//! **Source.** Ruppert (1995), Shewchuk (1998), Si (2015).
+//!
+//! **Departures.** Edges and walls are not divided only because a vertex encroaches on them: only if a bad cell asks.
+//! No bound holds for a cell that is left. The octree of Section 5 of the paper gives sizes for its conforming meshes;
+//! here the cells themselves say where points are missing, so that small features far away count for nothing.
+//!
+//! **Work and depth.** Sequential: O(log n) for each cell that is made, and the cells of the cavities.
+
+mod cavity;
+mod shape;
+mod solid;
+mod walk;
+
+use std::collections::BinaryHeap;
+
+use glam::DVec3;
+
+use super::result::Recovered;
+use super::segments::shell;
+use crate::generate::GeneratedMesh;
+use crate::mesh::Carrier;
+use crate::space::{Space, ascending};
+
+use cavity::{Cavity, Place};
+use shape::{Bad, Shape, in_smallest_ball};
+use solid::{Side, Solid};
+use walk::{FlatWalk, Walk};
+
+/// What refinement must reach, and what it may do.
+pub(super) struct Limits<'a> {
+    /// The largest ratio of circumradius and shortest edge.
+    pub(super) ratio: f64,
+    /// The largest circumradius at a circumcentre.
+    pub(super) size: &'a dyn Fn(DVec3) -> f64,
+    /// Moves a point to the nearest place that can be written.
+    pub(super) snapped: &'a dyn Fn(DVec3) -> DVec3,
+    /// Whether walls and kept edges may be divided.
+    pub(super) divides: bool,
+    /// The largest number of vertices.
+    pub(super) most: u64,
+}
+
+/// The counts of a refinement.
+#[derive(Clone, Copy, Debug, Default)]
+pub(super) struct Refined {
+    /// Bad cells that were examined.
+    pub(super) bad: u64,
+    /// Points that were inserted.
+    pub(super) points: u64,
+    /// Cells that were visited.
+    pub(super) visits: u64,
+}
+
+/// Too many vertices would be needed.
+pub(super) struct TooMany;
+
+/// Refines a constrained triangulation.
+///
+/// # Errors
+/// Returns [`TooMany`] if the limit of vertices is reached.
+pub(super) fn refine<P: Space>(
+    made: &Recovered<P>,
+    limits: &Limits<'_>,
+) -> Result<(GeneratedMesh<P>, Refined), TooMany> {
+    let solid = Solid::new(made);
+    let acute = solid.acute_ends();
+    let mut refiner = Refiner { solid, limits, acute, heap: BinaryHeap::new(), done: Refined::default() };
+    for cell in 0..refiner.solid.rows.len() as u32 {
+        refiner.judge(cell);
+    }
+    refiner.run()?;
+    let mut done = refiner.done;
+    done.visits = refiner.solid.visits;
+    let size = |p: P| (limits.size)(DVec3::from_array([p.coord(0), p.coord(1), p.coord(2)]));
+    Ok((refiner.solid.into_mesh(size), done))
+}
+
+struct Refiner<'a> {
+    solid: Solid,
+    limits: &'a Limits<'a>,
+    /// Whether kept edges meet at less than 60 degrees at each vertex of the first cells.
+    acute: Vec<bool>,
+    heap: BinaryHeap<Bad>,
+    done: Refined,
+}
+
+impl Refiner<'_> {
+    fn run(&mut self) -> Result<(), TooMany> {
+        while let Some(bad) = self.heap.pop() {
+            if self.solid.rows.get(bad.cell as usize).is_none_or(|row| row.corners != bad.corners) {
+                continue;
+            }
+            self.done.bad += 1;
+            if self.solid.at.len() as u64 >= self.limits.most {
+                return Err(TooMany);
+            }
+            if self.attempt(bad.cell).is_some() {
+                self.done.points += 1;
+                if self.solid.rows[bad.cell as usize].corners == bad.corners {
+                    self.heap.push(bad);
+                }
+            }
+        }
+        Ok(())
+    }
+
+    /// Adds a cell to the queue if it is bad.
+    fn judge(&mut self, cell: u32) {
+        let corners = *self.solid.corners(cell);
+        let shape = Shape::of(self.solid.points(corners));
+        let ratio2 = shape.radius2 / shape.shortest2;
+        let limit2 = self.limits.ratio * self.limits.ratio;
+        let badness = if ratio2 > limit2 {
+            ratio2
+        } else {
+            let size = (self.limits.size)(shape.centre);
+            // Cells that are only too large come after all others.
+            if shape.radius2 <= size * size { return } else { -size * size / shape.radius2 }
+        };
+        self.heap.push(Bad { badness, corners, cell });
+    }
+
+    /// Inserts a point for a bad cell. Returns `None` if no point can be inserted.
+    fn attempt(&mut self, cell: u32) -> Option<()> {
+        let shape = Shape::of(self.solid.points(*self.solid.corners(cell)));
+        if !shape.centre.is_finite() {
+            return None;
+        }
+        let apart2 = shape.shortest2;
+        let to = (self.limits.snapped)(shape.centre);
+        match self.solid.walk(cell, to)? {
+            Walk::Wall(side) => self.divide_wall(side, apart2),
+            Walk::Cell(place) => self.insert_inside(place, to, apart2),
+        }
+    }
+
+    /// Inserts a point in a cell, or divides the part of the boundary on which it encroaches.
+    fn insert_inside(&mut self, place: u32, to: DVec3, apart2: f64) -> Option<()> {
+        let q = self.solid.push(to, Carrier::Volume);
+        let cavity = self.solid.cavity(q, Place::Cell(place));
+        let Some(cavity) = cavity else {
+            self.solid.pop();
+            return None;
+        };
+        if let Some((cell, edge)) = self.encroached_edge(&cavity, to) {
+            self.solid.pop();
+            return self.divide_edge(cell, edge, apart2);
+        }
+        if let Some(side) = self.encroached_wall(&cavity, to) {
+            self.solid.pop();
+            return self.divide_wall(side, apart2);
+        }
+        self.finish(&cavity, q, apart2)
+    }
+
+    /// Inserts a point at the centre of a wall, or divides the kept edge on which it encroaches.
+    fn divide_wall(&mut self, side: Side, apart2: f64) -> Option<()> {
+        if !self.limits.divides {
+            return None;
+        }
+        let triangle = self.solid.points(self.solid.face(side));
+        let (centre, _) = septet_geometry::measure::circumcircle(triangle);
+        if !centre.is_finite() {
+            return None;
+        }
+        let to = (self.limits.snapped)(centre);
+        let place = match self.solid.walk_flat(side, to)? {
+            FlatWalk::Edge(cell, edge) => return self.divide_edge(cell, edge, apart2),
+            FlatWalk::Wall(place) => place,
+        };
+        let patch = self.solid.rows[place.cell as usize].walls[place.slot];
+        let q = self.solid.push(to, Carrier::Facet(self.solid.facets[patch as usize]));
+        let Some(cavity) = self.solid.cavity(q, Place::Wall(place)) else {
+            self.solid.pop();
+            return None;
+        };
+        if let Some((cell, edge)) = self.encroached_edge(&cavity, to) {
+            self.solid.pop();
+            return self.divide_edge(cell, edge, apart2);
+        }
+        self.finish(&cavity, q, apart2)
+    }
+
+    /// Divides a kept edge of a cell.
+    fn divide_edge(&mut self, cell: u32, edge: [u32; 2], apart2: f64) -> Option<()> {
+        if !self.limits.divides {
+            return None;
+        }
+        let edge = ascending(edge);
+        let carrier = *self.solid.kept.get(&edge)?;
+        let [a, b] = self.solid.points(edge);
+        let length = a.distance(b);
+        let is_acute = |v: u32| self.acute.get(v as usize).copied().unwrap_or(false);
+        let along = match edge.map(is_acute) {
+            [true, false] => shell(length) / length,
+            [false, true] => 1.0 - shell(length) / length,
+            _ => 0.5,
+        };
+        let q = self.solid.push((self.limits.snapped)(a + (b - a) * along), carrier);
+        let Some(cavity) = self.solid.cavity(q, Place::Edge(cell, edge)) else {
+            self.solid.pop();
+            return None;
+        };
+        self.finish(&cavity, q, apart2)
+    }
+
+    /// Fills a cavity if its vertices are far enough from the point.
+    fn finish(&mut self, cavity: &Cavity, q: u32, apart2: f64) -> Option<()> {
+        let at = self.solid.at[q as usize];
+        let near = |v: u32| self.solid.at[v as usize].distance_squared(at) < apart2;
+        if cavity.faces.iter().any(|f| f.corners.into_iter().any(near)) {
+            self.solid.pop();
+            return None;
+        }
+        for cell in self.solid.fill(cavity, q) {
+            self.judge(cell);
+        }
+        Some(())
+    }
+
+    /// Returns the kept edge around a cavity that sees a point at the largest angle above 90 degrees, with a cell at it.
+    fn encroached_edge(&self, cavity: &Cavity, p: DVec3) -> Option<(u32, [u32; 2])> {
+        let mut best: Option<(f64, u32, [u32; 2])> = None;
+        for face in &cavity.faces {
+            let [a, b, c] = face.corners;
+            for edge in [[a, b], [b, c], [c, a]].map(ascending) {
+                let Some(angle) = in_smallest_ball(self.solid.points(edge), p) else { continue };
+                if best.is_none_or(|b| (angle, edge) < (b.0, b.2)) && self.solid.is_kept(edge) {
+                    best = Some((angle, face.side.cell, edge));
+                }
+            }
+        }
+        best.map(|(_, cell, edge)| (cell, edge))
+    }
+
+    /// Returns the wall around a cavity whose smallest ball contains a point, relative to its size as deep as possible.
+    fn encroached_wall(&self, cavity: &Cavity, p: DVec3) -> Option<Side> {
+        let mut best: Option<(f64, Side)> = None;
+        for face in &cavity.faces {
+            if !self.solid.is_wall(face.side) {
+                continue;
+            }
+            let (centre, radius2) = septet_geometry::measure::circumcircle(self.solid.points(face.corners));
+            let depth = centre.distance_squared(p) / radius2;
+            if depth < 1.0 && best.is_none_or(|(least, _)| depth < least) {
+                best = Some((depth, face.side));
+            }
+        }
+        best.map(|b| b.1)
+    }
+}
