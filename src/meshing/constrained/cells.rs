@@ -7,6 +7,7 @@
 //!
 //! **Work and depth.** A search in a star visits its cells.
 
+use std::cell::RefCell;
 use std::collections::{BTreeMap, BTreeSet};
 
 use septet_geometry::predicates::Sign;
@@ -43,6 +44,31 @@ pub(super) struct Cells {
     free: Vec<u32>,
     /// A cell at each vertex.
     at: Vec<u32>,
+    seen: RefCell<Seen>,
+}
+
+/// The cells that a search has met.
+#[derive(Clone, Debug, Default)]
+struct Seen {
+    last: Vec<u32>,
+    search: u32,
+}
+
+impl Seen {
+    /// Begins a search among this many cells.
+    fn begin(&mut self, cells: usize) {
+        self.last.resize(cells, 0);
+        self.search = self.search.wrapping_add(1);
+        if self.search == 0 {
+            self.last.fill(0);
+            self.search = 1;
+        }
+    }
+
+    /// Returns `true` for a cell that is met for the first time.
+    fn insert(&mut self, cell: u32) -> bool {
+        std::mem::replace(&mut self.last[cell as usize], self.search) != self.search
+    }
 }
 
 impl Cells {
@@ -52,7 +78,7 @@ impl Cells {
         rows.sort_unstable();
         let count = rows.len();
         let mut made =
-            Cells { across: vec![[NONE; 4]; count], rows, free: Vec::new(), at: vec![NONE; vertices] };
+            Cells { across: vec![[NONE; 4]; count], rows, free: Vec::new(), at: vec![NONE; vertices], seen: RefCell::default() };
         let mut faces: Vec<([u32; 3], u32, usize)> = Vec::with_capacity(4 * count);
         for (i, cell) in (0u32..).zip(&made.rows) {
             faces.extend((0..4).map(|slot| (key(face_of(cell, slot)), i, slot)));
@@ -88,7 +114,10 @@ impl Cells {
     /// Returns a cell at a vertex for which the test holds, in a search around the vertex.
     fn find(&self, v: u32, mut test: impl FnMut(&[u32; 4]) -> bool) -> Option<u32> {
         let first = self.at[v as usize];
-        let (mut seen, mut stack) = (BTreeSet::from([first]), vec![first]);
+        let mut stack = vec![first];
+        let mut seen = self.seen.borrow_mut();
+        seen.begin(self.rows.len());
+        seen.insert(first);
         while let Some(cell) = stack.pop() {
             let row = self.row(cell);
             if test(row) {
@@ -163,28 +192,25 @@ impl Cells {
         q: u32,
         keeps: impl Fn([u32; 2]) -> bool,
     ) -> Option<Vec<[u32; 4]>> {
-        let first = self.locate(points, near, q)?;
-        let mut region = self.connected(first, |cell| points.in_sphere(*self.row(cell), q));
+        let first = self.holding(points, self.locate(points, near, q)?, q);
+        let mut region = self.connected(&first, |cell| points.in_sphere(*self.row(cell), q));
         let faces = loop {
             let faces = self.around_region(&region);
             let unseen =
                 |&&(_, [a, b, c]): &&(u32, [u32; 3])| points.orientation([a, b, c, q]) != Sign::Positive;
             let mut stay: BTreeSet<u32> = faces.iter().filter(unseen).map(|f| f.0).collect();
-            if stay.contains(&first) {
-                return None;
-            }
             if stay.is_empty() {
                 stay = self.losing(&region, &faces, &keeps);
-                stay.remove(&first);
             }
             if stay.is_empty() {
                 break faces;
             }
-            region = self.connected(first, |cell| region.contains(&cell) && !stay.contains(&cell));
+            stay = stay.difference(&first).copied().collect();
+            if stay.is_empty() {
+                return None;
+            }
+            region = self.connected(&first, |cell| region.contains(&cell) && !stay.contains(&cell));
         };
-        if !self.losing(&region, &faces, &keeps).is_empty() {
-            return None;
-        }
         let made: Vec<[u32; 4]> = faces.into_iter().map(|(_, [a, b, c])| [a, b, c, q]).collect();
         let region: Vec<u32> = region.into_iter().collect();
         let removed = region.iter().map(|&c| *self.row(c)).collect();
@@ -193,10 +219,25 @@ impl Cells {
         Some(removed)
     }
 
-    /// Returns the cells that are connected to the first one and for which a test holds.
-    fn connected(&self, first: u32, test: impl Fn(u32) -> bool) -> BTreeSet<u32> {
-        let (mut region, mut seen) = (BTreeSet::from([first]), BTreeSet::from([first]));
-        let mut stack = vec![first];
+    /// Returns the cells that contain a point, from one of them.
+    fn holding(&self, points: &Points, first: u32, q: u32) -> BTreeSet<u32> {
+        let (mut found, mut stack) = (BTreeSet::from([first]), vec![first]);
+        while let Some(cell) = stack.pop() {
+            for slot in 0..4 {
+                let [a, b, c] = face_of(self.row(cell), slot);
+                let other = self.across(cell)[slot];
+                if other != NONE && points.orientation([a, b, c, q]) == Sign::Zero && found.insert(other) {
+                    stack.push(other);
+                }
+            }
+        }
+        found
+    }
+
+    /// Returns the cells that are connected to the first ones and for which a test holds, with the first ones.
+    fn connected(&self, first: &BTreeSet<u32>, test: impl Fn(u32) -> bool) -> BTreeSet<u32> {
+        let (mut region, mut seen) = (first.clone(), first.clone());
+        let mut stack: Vec<u32> = first.iter().copied().collect();
         while let Some(cell) = stack.pop() {
             for &other in self.across(cell).iter().filter(|&&c| c != NONE) {
                 if seen.insert(other) && test(other) {

@@ -60,6 +60,19 @@ impl Patches<'_> {
         Ok(())
     }
 
+    /// Returns the edges of cells between vertices of some chains, if cells have been exchanged.
+    pub(super) fn edges_between(&self, chains: &[&[u32]], exchanged: bool) -> Vec<[u32; 2]> {
+        if !exchanged || chains.len() + chains.iter().map(|c| c.len() - 2).sum::<usize>() <= 3 {
+            return Vec::new();
+        }
+        let on: BTreeSet<u32> = chains.iter().flat_map(|c| c.iter().copied()).collect();
+        let from = |&v: &u32| {
+            let others = self.cells.neighbours(v).into_iter().filter(move |&w| v < w);
+            others.filter(|w| on.contains(w)).map(move |w| [v, w]).collect::<Vec<_>>()
+        };
+        on.iter().flat_map(from).collect()
+    }
+
     /// Divides triangles into sets that are connected across edges that are missing as well.
     fn regions(&self, missing: &[[u32; 3]]) -> Vec<Vec<[u32; 3]>> {
         let mut at: BTreeMap<[u32; 2], u32> = BTreeMap::new();

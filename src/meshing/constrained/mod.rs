@@ -132,7 +132,8 @@ fn recover<P: Space, M: MeshMachine<P>>(
         let (points, cells) = (points.clone(), cells.clone());
         let mut recovery = Recovery { layout: layout.clone(), points, cells, subs, most };
         recovery.segments()?;
-        let (kept, missing) = recovery.facets(if exchanges { 8 } else { ATTEMPTS })?;
+        if std::env::var("DBG").is_ok() { eprintln!("exchanges {exchanges}: after segments {} cells {}", recovery.added(), recovery.cells.all().count()); }
+        let (kept, missing) = recovery.facets(exchanges)?;
         let mut made = recovery.rounded(domain, &kept, rules)?;
         let stage =
             |name, candidates, points| StageCounts { name, candidates, points, ..StageCounts::default() };
@@ -217,7 +218,8 @@ impl Recovery {
     }
 
     /// Recovers all patches. Returns their faces, and the number of triangles that were missing.
-    fn facets(&mut self, attempts: u32) -> Result<(Kept, u64), Lost> {
+    fn facets(&mut self, exchanges: bool) -> Result<(Kept, u64), Lost> {
+        let attempts = ATTEMPTS;
         let mut attempt = 0;
         loop {
             let chains = self.subs.chains(self.layout.parts.len());
@@ -228,34 +230,43 @@ impl Recovery {
             for (p, patch) in (0u32..).zip(&layout.patches) {
                 let on: Vec<&[u32]> = patch.parts.iter().map(|&i| chains[i as usize].as_slice()).collect();
                 let apex = apex(points, patch.triangles[0]);
-                let triangles = planar::triangulate(points, &patch.triangles, &on, apex);
-                if patches.recover(p, &triangles).is_err() {
-                    failed = Some(patch);
+                let triangles = planar::triangulate(
+                    points,
+                    &patch.triangles,
+                    &on,
+                    apex,
+                    &patches.edges_between(&on, exchanges),
+                );
+                if let Err(region) = patches.recover(p, &triangles) {
+                    failed = Some((patch, region));
                     break;
                 }
             }
-            let Some(patch) = failed else {
+            let Some((patch, region)) = failed else {
                 let found = (patches.kept, patches.missing);
                 self.cells = cells;
                 return Ok(found);
             };
             attempt += 1;
+            if std::env::var("DBG").is_ok() { eprintln!("facet {} triangles {} failed, points {}", patch.facet, patch.triangles.len(), self.added()); }
             let lost: Lost = [(Feature::Facet(patch.facet), 1)].into();
-            let longest = self.longest(patch, &chains).filter(|_| attempt <= attempts).ok_or(lost)?;
+            let longest = self.longest(patch, &region, &chains).filter(|_| attempt <= attempts).ok_or(lost)?;
             let Recovery { layout, points, cells, subs, most } = self;
             let halved = subs.halve((points, cells), &layout.parts, longest, *most);
             halved.map_err(|part| self.lost(part))?;
         }
     }
 
-    /// Returns the longest subsegment of a patch.
-    fn longest(&self, patch: &layout::Patch, chains: &[Vec<u32>]) -> Option<[u32; 2]> {
+    /// Returns the longest subsegment at some triangles of a patch, or else of the patch.
+    fn longest(&self, patch: &layout::Patch, region: &[[u32; 3]], chains: &[Vec<u32>]) -> Option<[u32; 2]> {
         let length = |e: &[u32; 2]| {
             let [a, b] = e.map(|v| self.points.at[v as usize]);
             a.distance_squared(b)
         };
+        let near = region.iter().flat_map(|&[a, b, c]| [[a, b], [b, c], [c, a]]);
+        let near = near.filter(|&e| self.subs.has(e)).max_by(|a, b| length(a).total_cmp(&length(b)));
         let edges = patch.parts.iter().flat_map(|&p| chains[p as usize].windows(2)).map(|w| [w[0], w[1]]);
-        edges.max_by(|a, b| length(a).total_cmp(&length(b)))
+        near.or_else(|| edges.max_by(|a, b| length(a).total_cmp(&length(b))))
     }
 }
 

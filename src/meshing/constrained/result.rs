@@ -13,7 +13,7 @@ use septet_geometry::predicates::Sign;
 
 use super::cells::{NONE, face_of, key};
 use super::facets::Kept;
-use super::layout::space;
+use super::layout::{Part, space};
 use super::rounding::{OnPart, Rounded, settle};
 use super::{BOX, Lost, Recovery, apex};
 use crate::domain::{Domain, Feature};
@@ -23,16 +23,28 @@ use crate::points::conflicts::Site;
 use crate::sides::Sets;
 use crate::space::{Space, ascending};
 
+/// An edge of the input that the mesh keeps.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Line {
+    pub(super) ends: [u32; 2],
+    /// The feature that carries it.
+    pub(super) carrier: Carrier,
+}
+
 /// A constrained triangulation, with the parts of the input that it keeps.
 pub(super) struct Recovered<P: Space> {
     pub(super) mesh: GeneratedMesh<P>,
     pub(super) rounded: Rounded,
+    /// The number of vertices of the input, which come first.
+    pub(super) given: u32,
     /// The patch of each face of the mesh.
     pub(super) patches: Vec<u32>,
     /// The facet of each patch.
     pub(super) facets: Vec<u32>,
-    /// The edges of the input, ends ascending, with the features that carry them.
-    pub(super) edges: Vec<([u32; 2], Carrier)>,
+    /// The edges of the input.
+    pub(super) lines: Vec<Line>,
+    /// Their parts, ends ascending, with the positions of the lines.
+    pub(super) edges: Vec<([u32; 2], u32)>,
 }
 
 /// A face of a patch, with its cell on each side.
@@ -101,13 +113,13 @@ impl Recovery {
         carriers.resize(self.points.len() - BOX, Carrier::Volume);
         let (mut movable, mut subsegments) = (Vec::new(), Vec::<Subsegment>::new());
         let mut edges = Vec::new();
-        for (part, chain) in self.layout.parts.iter().zip(&chains) {
+        for ((line, part), chain) in (0u32..).zip(&self.layout.parts).zip(&chains) {
             let chain: Vec<u32> = chain.iter().map(|&v| short(v)).collect();
             for w in chain.windows(3) {
                 carriers[w[1] as usize] = part.carrier;
                 movable.push(OnPart { vertex: w[1], between: [w[0], w[2]] });
             }
-            edges.extend(chain.windows(2).map(|w| (ascending([w[0], w[1]]), part.carrier)));
+            edges.extend(chain.windows(2).map(|w| (ascending([w[0], w[1]]), line)));
             if let Carrier::Segment(s) = part.carrier {
                 subsegments.extend(chain.windows(2).map(|w| (s, [w[0], w[1]])));
             }
@@ -147,7 +159,9 @@ impl Recovery {
         };
         debug_assert_eq!(space(mesh.vertices.points[0]).to_array().len(), P::DIM);
         let facets = self.layout.patches.iter().map(|p| p.facet).collect();
-        Ok(Recovered { mesh, rounded: done, patches, facets, edges })
+        let line = |p: &Part| Line { ends: p.ends.map(short), carrier: p.carrier };
+        let lines = self.layout.parts.iter().map(line).collect();
+        Ok(Recovered { lines, mesh, rounded: done, given: given as u32, patches, facets, edges })
     }
 }
 

@@ -159,13 +159,14 @@ impl Subsegments {
         let sub = self.all[id as usize];
         let length = points.at[sub.ends[0] as usize].distance(points.at[sub.ends[1] as usize]);
         if !(sub.t[0] < t && t < sub.t[1]) || length <= 2.0 * self.shortest {
+            if std::env::var("DBG").is_ok() { eprintln!("too short {length} t {t} {:?}", sub.t); }
             return Err(sub.part);
         }
         let part = &parts[sub.part as usize];
         let v = points.add(part.ends, t, part.patches.clone());
         self.of.remove(&ascending(sub.ends));
         let keeps = |edge: [u32; 2]| self.exchanges && self.of.contains_key(&edge);
-        let gone = cells.insert(points, sub.ends[0], v, keeps).ok_or(sub.part)?;
+        let gone = cells.insert(points, sub.ends[0], v, keeps).ok_or_else(|| { if std::env::var("DBG").is_ok() { eprintln!("insert failed len {length} points {}", points.len()); } sub.part })?;
         for (ends, t) in [([sub.ends[0], v], [sub.t[0], t]), ([v, sub.ends[1]], [t, sub.t[1]])] {
             queue.push_back(self.push(Sub { part: sub.part, ends, t }));
         }

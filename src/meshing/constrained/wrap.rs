@@ -9,7 +9,8 @@
 //! A cell *fits* if none of its new edges crosses a face of the boundary, and no edge of the boundary crosses one of
 //! its new faces. In a constrained triangulation, the cell at a face has the first vertex that fits: a vertex in its
 //! sphere that fits would be visible from inside the cell. Most cavities do not need this test, so the first attempt
-//! omits it.
+//! omits it. In another triangulation, this choice may fail. Then a cone from one vertex is tried, and a search that
+//! tries all vertices that fit, within a limit.
 //!
 //! **Source.** Si and Gaertner (2005); Diazzi, Panozzo, Vaxman and Attene (2023).
 //!
@@ -25,8 +26,72 @@ use super::points::Points;
 /// Returns positive cells that tile the region on the positive sides of the faces. Returns `None` if there are none of
 /// these vertices that do.
 pub(super) fn wrap(points: &Points, faces: &[[u32; 3]], vertices: &[u32]) -> Option<Vec<[u32; 4]>> {
-    [false, true].into_iter().find_map(|tests| Wrapping { points, faces, vertices, tests }.run())
+    let greedy = |tests| Wrapping { points, faces, vertices, tests }.run();
+    greedy(false)
+        .or_else(|| greedy(true))
+        .or_else(|| vertices.iter().find_map(|&v| cone(points, faces, v)))
+        .or_else(|| Search { points, vertices, cells: Vec::new(), left: SEARCHED }.run(faces))
 }
+
+/// The search for cells that fill a cavity, with backtracking.
+struct Search<'a> {
+    points: &'a Points,
+    vertices: &'a [u32],
+    cells: Vec<[u32; 4]>,
+    /// The number of cells that may still be tried.
+    left: u32,
+}
+
+impl Search<'_> {
+    fn run(mut self, faces: &[[u32; 3]]) -> Option<Vec<[u32; 4]>> {
+        let front: BTreeSet<[u32; 3]> = faces.iter().map(|&f| turned(f)).collect();
+        (self.vertices.len() <= WIDEST && self.fill(&front)).then_some(self.cells)
+    }
+
+    /// Fills the region in front of some faces. Returns whether that is possible.
+    fn fill(&mut self, front: &BTreeSet<[u32; 3]>) -> bool {
+        let Some(&[a, b, c]) = front.first() else { return true };
+        let faces: Vec<[u32; 3]> = front.iter().copied().collect();
+        let wrapping = Wrapping { points: self.points, faces: &faces, vertices: self.vertices, tests: true };
+        for v in wrapping.candidates([a, b, c]) {
+            if self.left == 0 {
+                return false;
+            }
+            self.left -= 1;
+            let cell = [a, b, c, v];
+            let mut rest = front.clone();
+            if wrapping.fits([a, b, c], v) && advance(&mut rest, cell) {
+                self.cells.push(cell);
+                if self.fill(&rest) {
+                    return true;
+                }
+                self.cells.pop();
+            }
+        }
+        false
+    }
+}
+
+/// Moves the front over a cell. Returns whether no face would be in the front twice.
+fn advance(front: &mut BTreeSet<[u32; 3]>, cell: [u32; 4]) -> bool {
+    (0..4).all(|slot| {
+        let [a, b, c] = turned(face_of(&cell, slot));
+        front.remove(&[a, b, c]) || front.insert(turned([a, c, b]))
+    })
+}
+
+/// Returns the cells that join a vertex to all faces without it, if these see the vertex.
+fn cone(points: &Points, faces: &[[u32; 3]], v: u32) -> Option<Vec<[u32; 4]>> {
+    let others = faces.iter().filter(|face| !face.contains(&v)).map(|&[a, b, c]| [a, b, c, v]);
+    let cells: Vec<[u32; 4]> = others.collect();
+    cells.iter().all(|&cell| points.orientation(cell) == Sign::Positive).then_some(cells)
+}
+
+/// The largest number of vertices of a cavity that is searched.
+const WIDEST: usize = 40;
+
+/// The largest number of cells that a search tries.
+const SEARCHED: u32 = 3000;
 
 struct Wrapping<'a> {
     points: &'a Points,
@@ -45,11 +110,8 @@ impl Wrapping<'_> {
         while let Some(&face) = front.first() {
             let [a, b, c] = face;
             let cell = [a, b, c, self.apex(face)?];
-            for slot in 0..4 {
-                let [a, b, c] = turned(face_of(&cell, slot));
-                if !front.remove(&[a, b, c]) && !front.insert(turned([a, c, b])) {
-                    return None;
-                }
+            if !advance(&mut front, cell) {
+                return None;
             }
             made.push(cell);
             if made.len() > most {
@@ -59,24 +121,28 @@ impl Wrapping<'_> {
         Some(made)
     }
 
-    /// Returns the vertex of the cell at a face.
-    fn apex(&self, [a, b, c]: [u32; 3]) -> Option<u32> {
+    /// Returns the vertices on the positive side of a face, in the order in which spheres through the face meet them.
+    fn candidates(&self, [a, b, c]: [u32; 3]) -> Vec<u32> {
         let above = |v: &u32| self.points.orientation([a, b, c, *v]) == Sign::Positive;
-        let mut candidates: Vec<u32> =
-            self.vertices.iter().copied().filter(|v| ![a, b, c].contains(v)).filter(above).collect();
-        while !candidates.is_empty() {
+        let others = self.vertices.iter().copied().filter(|v| ![a, b, c].contains(v));
+        let mut left: Vec<u32> = others.filter(above).collect();
+        let mut found = Vec::with_capacity(left.len());
+        while !left.is_empty() {
             let mut best = 0;
-            for i in 1..candidates.len() {
-                if self.points.in_sphere([a, b, c, candidates[best]], candidates[i]) {
+            for i in 1..left.len() {
+                if self.points.in_sphere([a, b, c, left[best]], left[i]) {
                     best = i;
                 }
             }
-            let v = candidates.swap_remove(best);
-            if !self.tests || self.fits([a, b, c], v) {
-                return Some(v);
-            }
+            found.push(left.swap_remove(best));
         }
-        None
+        found
+    }
+
+    /// Returns the vertex of the cell at a face.
+    fn apex(&self, face: [u32; 3]) -> Option<u32> {
+        let mut found = self.candidates(face).into_iter();
+        if self.tests { found.find(|&v| self.fits(face, v)) } else { found.next() }
     }
 
     fn fits(&self, [a, b, c]: [u32; 3], v: u32) -> bool {

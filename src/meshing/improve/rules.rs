@@ -23,6 +23,9 @@ pub(super) struct Rules<'a, P: Space> {
     pub(super) surface: Option<Surface<P>>,
 }
 
+/// The relative error of a radius-edge ratio. A flip of cospherical cells keeps the ratio, but rounds it differently.
+const ROUNDING: f64 = 1e-12;
+
 impl<'a, P: Space> Rules<'a, P> {
     pub(super) fn new(domain: &'a Domain<P>, target: &'a Target) -> Self {
         let unit = |f: u32| {
@@ -45,7 +48,7 @@ impl<'a, P: Space> Rules<'a, P> {
 
     /// Returns the radius-edge ratio that cells may have if they replace cells with this largest ratio.
     pub(super) fn ratio(&self, worst: f64) -> f64 {
-        self.target.ratio.max(worst)
+        self.target.ratio.max(worst * (1.0 + ROUNDING))
     }
 
     /// Returns the grade of a new cell, or `None` if the cell is not positive or its radius-edge ratio is too large to replace

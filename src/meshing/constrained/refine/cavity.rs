@@ -18,12 +18,12 @@
 
 use septet_geometry::predicates::{Sign, in_sphere, orientation};
 
-use super::solid::{FREE, Row, Side, Solid, edges};
+use super::solid::{FREE, Outer, Row, Side, Solid, edges};
 use crate::constrained::cells::{NONE, key};
 use crate::space::ascending;
 
 /// The least volume of a new cell, relative to a cube over its longest edge. Flatter cells are not made.
-const FLAT: f64 = 1e-11;
+pub(super) const FLAT: f64 = 1e-11;
 
 /// The place of a new point.
 #[derive(Clone, Copy, Debug)]
@@ -43,13 +43,6 @@ struct Opened {
     patch: u32,
     /// Whether the wall contains the point.
     first: bool,
-}
-
-/// A face around a cavity, positive towards the point.
-#[derive(Clone, Copy, Debug)]
-pub(super) struct Outer {
-    pub(super) corners: [u32; 3],
-    pub(super) side: Side,
 }
 
 /// A cavity.
@@ -398,11 +391,11 @@ impl Solid {
 
     /// Divides a kept edge.
     fn divide(&mut self, edge: [u32; 2], q: u32, new: &[u32]) {
-        let Some(carrier) = self.kept.remove(&edge) else { return };
+        let Some(line) = self.kept.remove(&edge) else { return };
         let was = self.fans.remove(&edge).is_some();
         for end in edge {
             let half = ascending([end, q]);
-            self.kept.insert(half, carrier);
+            self.kept.insert(half, line);
             if was {
                 let mut left: Vec<u32> = new.to_vec();
                 left.retain(|&c| half.iter().all(|v| self.corners(c).contains(v)));

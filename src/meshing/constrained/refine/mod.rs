@@ -23,6 +23,7 @@
 //! **Work and depth.** Sequential: O(log n) for each cell that is made, and the cells of the cavities.
 
 mod cavity;
+mod collapse;
 mod shape;
 mod solid;
 mod walk;
@@ -31,6 +32,7 @@ use std::collections::BinaryHeap;
 
 use glam::DVec3;
 
+use super::cells::NONE;
 use super::result::Recovered;
 use super::segments::shell;
 use crate::generate::GeneratedMesh;
@@ -39,8 +41,11 @@ use crate::space::{Space, ascending};
 
 use cavity::{Cavity, Place};
 use shape::{Bad, Shape, in_smallest_ball};
-use solid::{Side, Solid};
+use solid::{Outer, Side, Solid};
 use walk::{FlatWalk, Walk};
+
+/// The cosine of 30 degrees: the angle of two lines below which points on them are not a reason to refine.
+const COS_SMALL: f64 = 0.866_025_403_784_438_6;
 
 /// What refinement must reach, and what it may do.
 pub(super) struct Limits<'a> {
@@ -78,7 +83,10 @@ pub(super) fn refine<P: Space>(
     made: &Recovered<P>,
     limits: &Limits<'_>,
 ) -> Result<(GeneratedMesh<P>, Refined), TooMany> {
-    let solid = Solid::new(made);
+    let mut solid = Solid::new(made);
+    let given = made.given;
+    let gone = solid.collapse(given);
+    if std::env::var("DBG").is_ok() { eprintln!("collapsed {gone} of {}", solid.at.len() as u32 - given); }
     let acute = solid.acute_ends();
     let mut refiner = Refiner { solid, limits, acute, heap: BinaryHeap::new(), done: Refined::default() };
     for cell in 0..refiner.solid.rows.len() as u32 {
@@ -123,10 +131,13 @@ impl Refiner<'_> {
     /// Adds a cell to the queue if it is bad.
     fn judge(&mut self, cell: u32) {
         let corners = *self.solid.corners(cell);
+        if corners[0] == NONE {
+            return;
+        }
         let shape = Shape::of(self.solid.points(corners));
         let ratio2 = shape.radius2 / shape.shortest2;
         let limit2 = self.limits.ratio * self.limits.ratio;
-        let badness = if ratio2 > limit2 {
+        let badness = if ratio2 > limit2 && !self.is_forced(&corners) {
             ratio2
         } else {
             let size = (self.limits.size)(shape.centre);
@@ -134,6 +145,28 @@ impl Refiner<'_> {
             if shape.radius2 <= size * size { return } else { -size * size / shape.radius2 }
         };
         self.heap.push(Bad { badness, corners, cell });
+    }
+
+    /// Returns whether the shortest edge of a cell joins two kept edges that meet at a small angle.
+    fn is_forced(&self, corners: &[u32; 4]) -> bool {
+        let length = |e: &[u32; 2]| {
+            let [a, b] = self.solid.points(*e);
+            a.distance_squared(b)
+        };
+        let Some([u, v]) = solid::edges(corners).into_iter().min_by(|a, b| length(a).total_cmp(&length(b))) else { return false };
+        let [s, t] = [u, v].map(|x| &self.solid.lines_at[x as usize]);
+        s.iter().any(|&x| t.iter().any(|&y| x != y && self.meet_sharply(x, y)))
+    }
+
+    /// Returns whether two lines have a common end where they meet at a small angle.
+    fn meet_sharply(&self, x: u32, y: u32) -> bool {
+        let [x, y] = [x, y].map(|l| self.solid.lines[l as usize].ends);
+        let Some(&v) = x.iter().find(|v| y.contains(v)) else { return false };
+        let towards = |ends: [u32; 2]| {
+            let other = if ends[0] == v { ends[1] } else { ends[0] };
+            (self.solid.at[other as usize] - self.solid.at[v as usize]).normalize_or_zero()
+        };
+        towards(x).dot(towards(y)) > COS_SMALL
     }
 
     /// Inserts a point for a bad cell. Returns `None` if no point can be inserted.
@@ -152,21 +185,19 @@ impl Refiner<'_> {
 
     /// Inserts a point in a cell, or divides the part of the boundary on which it encroaches.
     fn insert_inside(&mut self, place: u32, to: DVec3, apart2: f64) -> Option<()> {
-        let q = self.solid.push(to, Carrier::Volume);
+        let q = self.solid.push(to, Carrier::Volume, None);
         let cavity = self.solid.cavity(q, Place::Cell(place));
-        let Some(cavity) = cavity else {
-            self.solid.pop();
-            return None;
-        };
-        if let Some((cell, edge)) = self.encroached_edge(&cavity, to) {
+        let own = self.solid.faces(place);
+        let faces = cavity.as_ref().map_or(&own[..], |cavity| &cavity.faces);
+        if let Some((cell, edge)) = self.encroached_edge(faces, to) {
             self.solid.pop();
             return self.divide_edge(cell, edge, apart2);
         }
-        if let Some(side) = self.encroached_wall(&cavity, to) {
+        if let Some(side) = self.encroached_wall(faces, to) {
             self.solid.pop();
             return self.divide_wall(side, apart2);
         }
-        self.finish(&cavity, q, apart2)
+        self.finish(cavity, q, apart2)
     }
 
     /// Inserts a point at the centre of a wall, or divides the kept edge on which it encroaches.
@@ -185,16 +216,15 @@ impl Refiner<'_> {
             FlatWalk::Wall(place) => place,
         };
         let patch = self.solid.rows[place.cell as usize].walls[place.slot];
-        let q = self.solid.push(to, Carrier::Facet(self.solid.facets[patch as usize]));
-        let Some(cavity) = self.solid.cavity(q, Place::Wall(place)) else {
-            self.solid.pop();
-            return None;
-        };
-        if let Some((cell, edge)) = self.encroached_edge(&cavity, to) {
+        let q = self.solid.push(to, Carrier::Facet(self.solid.facets[patch as usize]), None);
+        let cavity = self.solid.cavity(q, Place::Wall(place));
+        let own = [Outer { corners: self.solid.face(place), side: place }];
+        let faces = cavity.as_ref().map_or(&own[..], |cavity| &cavity.faces);
+        if let Some((cell, edge)) = self.encroached_edge(faces, to) {
             self.solid.pop();
             return self.divide_edge(cell, edge, apart2);
         }
-        self.finish(&cavity, q, apart2)
+        self.finish(cavity, q, apart2)
     }
 
     /// Divides a kept edge of a cell.
@@ -203,7 +233,8 @@ impl Refiner<'_> {
             return None;
         }
         let edge = ascending(edge);
-        let carrier = *self.solid.kept.get(&edge)?;
+        let line = *self.solid.kept.get(&edge)?;
+        let carrier = self.solid.lines[line as usize].carrier;
         let [a, b] = self.solid.points(edge);
         let length = a.distance(b);
         let is_acute = |v: u32| self.acute.get(v as usize).copied().unwrap_or(false);
@@ -212,32 +243,29 @@ impl Refiner<'_> {
             [false, true] => 1.0 - shell(length) / length,
             _ => 0.5,
         };
-        let q = self.solid.push((self.limits.snapped)(a + (b - a) * along), carrier);
-        let Some(cavity) = self.solid.cavity(q, Place::Edge(cell, edge)) else {
+        let q = self.solid.push((self.limits.snapped)(a + (b - a) * along), carrier, Some(line));
+        let cavity = self.solid.cavity(q, Place::Edge(cell, edge));
+        self.finish(cavity, q, apart2)
+    }
+
+    /// Fills a cavity if there is one, and if its vertices are far enough from the point.
+    fn finish(&mut self, cavity: Option<Cavity>, q: u32, apart2: f64) -> Option<()> {
+        let at = self.solid.at[q as usize];
+        let far = |v: u32| self.solid.at[v as usize].distance_squared(at) >= apart2;
+        let Some(cavity) = cavity.filter(|c| c.faces.iter().all(|f| f.corners.into_iter().all(far))) else {
             self.solid.pop();
             return None;
         };
-        self.finish(&cavity, q, apart2)
-    }
-
-    /// Fills a cavity if its vertices are far enough from the point.
-    fn finish(&mut self, cavity: &Cavity, q: u32, apart2: f64) -> Option<()> {
-        let at = self.solid.at[q as usize];
-        let near = |v: u32| self.solid.at[v as usize].distance_squared(at) < apart2;
-        if cavity.faces.iter().any(|f| f.corners.into_iter().any(near)) {
-            self.solid.pop();
-            return None;
-        }
-        for cell in self.solid.fill(cavity, q) {
+        for cell in self.solid.fill(&cavity, q) {
             self.judge(cell);
         }
         Some(())
     }
 
-    /// Returns the kept edge around a cavity that sees a point at the largest angle above 90 degrees, with a cell at it.
-    fn encroached_edge(&self, cavity: &Cavity, p: DVec3) -> Option<(u32, [u32; 2])> {
+    /// Returns the kept edge of some faces that sees a point at the largest angle above 90 degrees, with a cell at it.
+    fn encroached_edge(&self, faces: &[Outer], p: DVec3) -> Option<(u32, [u32; 2])> {
         let mut best: Option<(f64, u32, [u32; 2])> = None;
-        for face in &cavity.faces {
+        for face in faces {
             let [a, b, c] = face.corners;
             for edge in [[a, b], [b, c], [c, a]].map(ascending) {
                 let Some(angle) = in_smallest_ball(self.solid.points(edge), p) else { continue };
@@ -249,10 +277,10 @@ impl Refiner<'_> {
         best.map(|(_, cell, edge)| (cell, edge))
     }
 
-    /// Returns the wall around a cavity whose smallest ball contains a point, relative to its size as deep as possible.
-    fn encroached_wall(&self, cavity: &Cavity, p: DVec3) -> Option<Side> {
+    /// Returns the wall among some faces whose smallest ball contains a point, relative to its size as deep as possible.
+    fn encroached_wall(&self, faces: &[Outer], p: DVec3) -> Option<Side> {
         let mut best: Option<(f64, Side)> = None;
-        for face in &cavity.faces {
+        for face in faces {
             if !self.solid.is_wall(face.side) {
                 continue;
             }

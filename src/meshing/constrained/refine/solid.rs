@@ -13,7 +13,7 @@ use septet_geometry::point::Simplex;
 
 use crate::constrained::cells::{NONE, face_of, key};
 use crate::constrained::layout::space;
-use crate::constrained::result::Recovered;
+use crate::constrained::result::{Line, Recovered};
 use crate::constrained::segments::acute;
 use crate::generate::{CellLabels, Delaunay, GeneratedMesh, Subsegment, Vertices};
 use crate::mesh::{Carrier, OUTSIDE};
@@ -42,6 +42,13 @@ pub(super) struct Row {
 /// A row that no cell uses.
 pub(super) const FREE: Row = Row { corners: [NONE; 4], across: [NONE; 4], walls: [NONE; 4], label: NONE };
 
+/// A face around a region of cells, positive towards it, with the cell inside.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Outer {
+    pub(super) corners: [u32; 3],
+    pub(super) side: Side,
+}
+
 /// The cells of a domain.
 #[derive(Debug)]
 pub(super) struct Solid {
@@ -49,8 +56,12 @@ pub(super) struct Solid {
     pub(super) carriers: Vec<Carrier>,
     pub(super) rows: Vec<Row>,
     pub(super) free: Vec<u32>,
-    /// The edges of the input, with the features that carry them.
-    pub(super) kept: BTreeMap<[u32; 2], Carrier>,
+    /// The edges of the input.
+    pub(super) lines: Vec<Line>,
+    /// The lines at each vertex.
+    pub(super) lines_at: Vec<Vec<u32>>,
+    /// The edges that must be kept, with their lines.
+    pub(super) kept: BTreeMap<[u32; 2], u32>,
     /// One cell of each fan, at kept edges that have several fans of cells with walls and the outside between them.
     pub(super) fans: BTreeMap<[u32; 2], Vec<u32>>,
     /// The facet of each patch.
@@ -59,6 +70,8 @@ pub(super) struct Solid {
     pub(super) inside: Vec<u32>,
     /// The last cavity for which each cell was examined.
     pub(super) seen: Vec<u32>,
+    /// Whether each vertex was removed.
+    pub(super) gone: Vec<bool>,
     /// The number of the present cavity.
     pub(super) epoch: u32,
     /// The number of cells that were examined.
@@ -84,7 +97,19 @@ impl Solid {
             rows.push(Row { corners, across: [NONE; 4], walls: [0, 1, 2, 3].map(patch), label });
         }
         let count = rows.len();
+        let mut lines_at = vec![Vec::new(); at.len()];
+        for (line, ends) in (0u32..).zip(made.lines.iter().map(|l| l.ends)) {
+            ends.into_iter().for_each(|v| lines_at[v as usize].push(line));
+        }
+        for (v, &(_, line)) in made.edges.iter().flat_map(|e| e.0.map(|v| (v, e))) {
+            if v >= made.given && !lines_at[v as usize].contains(&line) {
+                lines_at[v as usize].push(line);
+            }
+        }
         let mut solid = Solid {
+            lines: made.lines.clone(),
+            lines_at,
+            gone: vec![false; at.len()],
             at,
             carriers: mesh.vertices.carriers.clone(),
             rows,
@@ -144,6 +169,11 @@ impl Solid {
     /// Returns the vertices of a face, positive towards the cell.
     pub(super) fn face(&self, side: Side) -> [u32; 3] {
         face_of(self.corners(side.cell), side.slot)
+    }
+
+    /// Returns the faces of a cell, positive towards it.
+    pub(super) fn faces(&self, cell: u32) -> [Outer; 4] {
+        [0, 1, 2, 3].map(|slot| Outer { corners: self.face(Side { cell, slot }), side: Side { cell, slot } })
     }
 
     pub(super) fn points<const N: usize>(&self, vertices: [u32; N]) -> [DVec3; N] {
@@ -215,22 +245,28 @@ impl Solid {
     }
 
     /// Adds a vertex, which no cell has yet.
-    pub(super) fn push(&mut self, at: DVec3, carrier: Carrier) -> u32 {
+    pub(super) fn push(&mut self, at: DVec3, carrier: Carrier, line: Option<u32>) -> u32 {
+        self.lines_at.push(line.into_iter().collect());
         self.at.push(at);
         self.carriers.push(carrier);
+        self.gone.push(false);
         self.at.len() as u32 - 1
     }
 
     /// Removes the last vertex, which no cell has.
     pub(super) fn pop(&mut self) {
         self.at.pop();
+        self.lines_at.pop();
         self.carriers.pop();
+        self.gone.pop();
     }
 
     /// Returns the mesh. `size` is the size at a point.
     pub(super) fn into_mesh<P: Space>(self, size: impl Fn(P) -> f64) -> GeneratedMesh<P> {
         let mut vertices = Vertices { points: vec![], sizes: vec![], carriers: vec![] };
-        for (p, &carrier) in self.at.iter().zip(&self.carriers) {
+        let mut short = vec![OUTSIDE; self.at.len()];
+        for (v, (p, &carrier)) in self.at.iter().zip(&self.carriers).enumerate().filter(|(v, _)| !self.gone[*v]) {
+            short[v] = vertices.len() as u32;
             let at = P::from_coords(&p.to_array());
             vertices.push(Site { at, size: size(at) }, carrier);
         }
@@ -246,18 +282,18 @@ impl Solid {
                 if other == NONE || cell < other as usize {
                     let beyond = if other == NONE { OUTSIDE } else { number[other as usize] };
                     let facet = self.facets[row.walls[slot] as usize];
-                    faces.push((facet, simplex::<P::Facet>(&face_of(&row.corners, slot)), [number[cell], beyond]));
+                    faces.push((facet, simplex::<P::Facet>(&face_of(&row.corners, slot).map(|v| short[v as usize])), [number[cell], beyond]));
                 }
             }
         }
         let mut subsegments: Vec<Subsegment> = Vec::new();
-        for (&edge, &carrier) in &self.kept {
-            if let Carrier::Segment(s) = carrier {
-                subsegments.push((s, edge));
+        for (&edge, &line) in &self.kept {
+            if let Carrier::Segment(s) = self.lines[line as usize].carrier {
+                subsegments.push((s, edge.map(|v| short[v as usize])));
             }
         }
         subsegments.sort_unstable();
-        let cells: Vec<P::Cell> = live.clone().map(|(_, row)| simplex(&row.corners)).collect();
+        let cells: Vec<P::Cell> = live.clone().map(|(_, row)| simplex(&row.corners.map(|v| short[v as usize]))).collect();
         GeneratedMesh {
             vertices,
             labels: CellLabels { of: live.map(|(_, row)| row.label).collect() },
