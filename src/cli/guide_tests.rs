@@ -23,7 +23,8 @@ fn line<S: Default>(row: &Row<S>) -> String {
     let words: Vec<String> = row.words.iter().map(|(word, _)| format!("`{word}`")).collect();
     let values = if row.words.is_empty() { format!("`{}`", bar(row.form)) } else { words.join(", ") };
     let values = if row.is_flag { "-".to_owned() } else { values };
-    let default = row.default_text().map_or_else(|| "-".to_owned(), |text| format!("`{text}`"));
+    let default = row.default_text().filter(|_| !row.is_flag);
+    let default = default.map_or_else(|| "-".to_owned(), |text| format!("`{text}`"));
     format!("| `--{}` | {meaning}{ends}{more} | {values} | {default} | {} |\n", row.name, row.matters.name())
 }
 

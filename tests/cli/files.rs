@@ -127,7 +127,7 @@ fn errors_list_formats_and_name_the_nearest() {
     let place = Place::new();
     place.file("p.xyz", "0 0\n1 0\n0 1\n");
     for (output, word) in [
-        ("a.xdmf", "write .vtu for ParaView"),
+        ("a.cgns", "write .vtu for ParaView"),
         ("a.vut", "the nearest is .vtu"),
         ("a", ".msh22"),
         ("-", "--format"),

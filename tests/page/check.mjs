@@ -346,7 +346,10 @@ async function colours(page, report) {
         assert.ok(ticks.every(([v], i) => i === 0 || v > ticks[i - 1][0]), `key of ${field} does not ascend`);
         passed += 1;
     }
-    for (const [option, field, name] of [['region', 'region', (i) => `region ${view.regions[i]}`], ['owner', 'owner', (p) => `worker ${p}`]]) {
+    // Workers own no cells of a mesh that was improved or refined.
+    assert.equal(await page.locator('#mesh-colour [value="owner"]').count(), view.owner ? 1 : 0, 'colour by worker');
+    const named = [['region', 'region', (i) => `region ${view.regions[i]}`], ['owner', 'owner', (p) => `worker ${p}`]];
+    for (const [option, field, name] of named.filter(([, field]) => view[field])) {
         await changes(page, `colour by ${option}`, () => page.locator('#mesh-colour').selectOption(option), 'mesh-canvas');
         const said = await key.locator('[data-count]').evaluateAll((all) => all.map((t) => [t.dataset.value, Number(t.dataset.count)]));
         const counts = new Map();
@@ -417,8 +420,10 @@ async function mesh(page, report) {
     const at = (name) => head.findIndex((h) => h.startsWith(name));
     for (const row of rows.slice(0, 50)) {
         const c = Number(row[0]);
-        assert.deepEqual([row[at('radius')], row[at('smallest')], row[at('size')], row[at('worker')]].map(Number),
-            [report.view.radius_edge[c], report.view.least_angle[c], report.view.size[c], report.view.owner[c]], `cell ${c}`);
+        assert.deepEqual([row[at('radius')], row[at('smallest')], row[at('size')]].map(Number),
+            [report.view.radius_edge[c], report.view.least_angle[c], report.view.size[c]], `cell ${c}`);
+        const worker = report.view.owner ? String(report.view.owner[c]) : undefined;
+        assert.equal(row[at('worker')], worker, `worker of cell ${c}`);
     }
     await details.locator('summary').click();
     const [png] = await Promise.all([page.waitForEvent('download'), page.locator('#mesh-png').click()]);

@@ -257,7 +257,7 @@ pub static MESH_OPTIONS: &[Row<MeshSpec>] = &[
         bool,
         |s| s.conforming,
         |s, is_set| { s.conforming = is_set; Ok(()) },
-        { is_flag: true, commands: Commands::MESH, heading: Heading::Sizes, is_common: true, matters: Matters::Cells }
+        { is_flag: true, commands: Commands::MESH, heading: Heading::Sizes, matters: Matters::Cells }
     ),
     option!(
         MeshSpec, "improve", "improve",

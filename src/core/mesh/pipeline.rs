@@ -11,7 +11,7 @@ use septet_meshing::conformity::Conformity;
 use septet_meshing::defect::{Defect, Element};
 use septet_meshing::domain::Domain;
 use septet_meshing::facet::Triangulate;
-use septet_meshing::input::Input;
+use septet_meshing::input::{DomainKind, Input};
 use septet_meshing::mesh::{Mesh, StageLine};
 use septet_meshing::quality::Quality;
 use septet_meshing::repair::Tolerance;
@@ -228,7 +228,12 @@ fn made<P: AsItIs>(domain: &Domain<P>, request: &MeshSpec, keep: MeshKeep) -> Re
         return Err(MeshError::Unsupported(what).into());
     }
     if request.remeshes(domain) && !domain.manifold {
-        let what = "the surface is not a manifold, or has regions, so its boundary cannot be remeshed";
+        let what = match domain.kind {
+            DomainKind::Complex => "only closed surfaces in space can be remeshed",
+            DomainKind::Surface => {
+                "the surface is not a manifold, or has regions, so its boundary cannot be remeshed"
+            }
+        };
         return Err(MeshError::Unsupported(what).into());
     }
     let start = Instant::now();

@@ -107,7 +107,7 @@ pub(super) fn push_float(buffer: &mut Vec<u8>, value: f64) {
     };
 }
 
-/// Appends the nearest decimal form of a number that has at most this many characters, at least 12. It reads back as the
+/// Appends a decimal form of a number that has at most this many characters, at least 12. It reads back as the
 /// same double if the shortest form fits.
 pub(super) fn push_float_within(buffer: &mut Vec<u8>, value: f64, most: usize) {
     let start = buffer.len();
@@ -178,7 +178,7 @@ mod tests {
         assert_eq!(within(1.0 / 3.0, 20), "0.3333333333333333");
         assert_eq!(within(-1.234_567_890_123_456_7e-5, 20), "-1.23456789012346e-5");
         assert_eq!(within(-f64::MAX, 15), "-1.79769313e308");
-        assert_eq!(within(1.0 / 3.0, 15), "3.33333333333e-1");
+        assert_eq!(within(1.0 / 3.0, 15), "3.3333333333e-1");
     }
 
     proptest::proptest! {

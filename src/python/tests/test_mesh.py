@@ -56,7 +56,8 @@ def test_files(tmp_path: Path) -> None:
     again = septet.read(tmp_path / "mesh.vtu")
     assert (again.points == made.points).all() and len(again.cells) == len(made.cells)
     again = septet.mesh((CUBE, TRIANGLES), size_field=tmp_path / "mesh.vtu")
-    assert len(again.cells) > len(septet.mesh((CUBE, TRIANGLES)).cells)
+    # The sizes of the first mesh give about as many cells, and the default sizes give far more.
+    assert 0.5 < len(again.cells) / len(made.cells) < 2
     made.write(tmp_path / "mesh.msh", order=2)
     assert "\n3 1 11 " in (tmp_path / "mesh.msh").read_text()
     made.write(tmp_path / "polyMesh")

@@ -36,11 +36,22 @@ const KINDS: [&str; 7] =
 /// The largest number of collections inside each other. JSON has a similar limit.
 const DEEPEST: usize = 100;
 
-/// Whether the data begin with a geometry.
+/// Whether the data begin with a geometry. The header row of a table may begin with the same word.
 pub fn is_wkt(data: &[u8]) -> bool {
-    let end = data.iter().position(|b| !b.is_ascii_alphabetic()).unwrap_or(data.len());
-    KINDS.iter().any(|kind| data[..end].eq_ignore_ascii_case(kind.as_bytes()))
+    let (kind, rest) = first_word(data);
+    let (axes, after) = first_word(rest);
+    let is_axes = ["z", "m", "zm"].iter().any(|word| axes.eq_ignore_ascii_case(word.as_bytes()));
+    let rest = if is_axes { after } else { rest };
+    let is_body = rest.starts_with(b"(") || first_word(rest).0.eq_ignore_ascii_case(b"empty");
+    is_body && KINDS.iter().any(|known| kind.eq_ignore_ascii_case(known.as_bytes()))
         || data.len() > 5 && data[..5].eq_ignore_ascii_case(b"SRID=")
+}
+
+/// Returns the letters at the beginning, and what follows after blanks.
+fn first_word(data: &[u8]) -> (&[u8], &[u8]) {
+    let end = data.iter().position(|b| !b.is_ascii_alphabetic()).unwrap_or(data.len());
+    let (word, rest) = data.split_at(end);
+    (word, rest.trim_ascii_start())
 }
 
 /// The coordinates of a position after x and y.

@@ -1,6 +1,7 @@
 //! Sizes on meshes.
 
 use crate::read::{InputError, read_sizes};
+use septet_core::Door;
 use septet_core::mesh::field::SizeField;
 
 fn read(name: &str, content: &str) -> Result<SizeField, InputError> {
@@ -8,6 +9,12 @@ fn read(name: &str, content: &str) -> Result<SizeField, InputError> {
     let path = place.path().join(name);
     std::fs::write(&path, content).unwrap();
     read_sizes(&path, &mut |_, _| {})
+}
+
+/// Returns an error with its remedy.
+fn message(error: &InputError) -> String {
+    let remedy = error.remedy().map_or_else(String::new, |remedy| remedy.spelled(Door::Shell));
+    format!("{error}; {remedy}")
 }
 
 fn vtu(arrays: &str) -> String {
@@ -63,7 +70,7 @@ fn the_array_of_sizes_has_its_name_or_is_the_only_one() {
         (&array("size", "9 9 9"), "sizes at points"),
         (&array("size", "9 9 9 0"), "positive"),
     ] {
-        let error = read("a.vtu", &vtu(arrays)).unwrap_err().to_string();
+        let error = message(&read("a.vtu", &vtu(arrays)).unwrap_err());
         assert!(error.contains(words), "{error}");
     }
 }
@@ -89,7 +96,7 @@ fn gmsh_has_sizes_as_data_of_nodes() {
         (msh(&data("size", "7 2\n8 3\n5 4\n")), "node"),
         (msh(&(data("a", "7 2\n8 3\n9 4\n") + &data("b", "7 2\n8 3\n9 4\n"))), "size"),
     ] {
-        let error = read("a.msh", &text).unwrap_err().to_string();
+        let error = message(&read("a.msh", &text).unwrap_err());
         assert!(error.contains(words), "{error}");
     }
 }

@@ -1,6 +1,6 @@
 use super::*;
 
-/// The head of a `.vtu` file, and the arrays as raw bytes by name.
+/// The head of a `.vtu` file, and the arrays as raw bytes by name. Of arrays with the same name, the last one is returned.
 pub(super) fn vtu_arrays(bytes: &[u8]) -> (String, HashMap<String, Vec<u8>>) {
     let marker = b"encoding=\"raw\">\n   _";
     let start = bytes.windows(marker.len()).position(|w| w == marker).unwrap() + marker.len();
@@ -11,8 +11,12 @@ pub(super) fn vtu_arrays(bytes: &[u8]) -> (String, HashMap<String, Vec<u8>>) {
     };
     let mut arrays = HashMap::new();
     let mut end = 0;
-    for line in head.lines().filter(|line| line.contains("<DataArray")) {
-        let offset: usize = attribute(line, "offset").unwrap().parse().unwrap();
+    let declared = head.lines().filter(|line| line.contains("<DataArray"));
+    let mut declared: Vec<(usize, &str)> =
+        declared.map(|line| (attribute(line, "offset").unwrap().parse().unwrap(), line)).collect();
+    // The data may be in another order than their declarations.
+    declared.sort_unstable();
+    for (offset, line) in declared {
         assert_eq!(offset, end);
         let at = start + offset;
         let size = u64::from_le_bytes(bytes[at..at + 8].try_into().unwrap()) as usize;
