@@ -52,7 +52,9 @@ impl AsItIs for DVec2 {
         machine: &mut M,
     ) -> Counted<Self, M::Error> {
         if !wish.divides {
-            return Err(GenerationError::Unsupported("a boundary without new points is for domains in space only"));
+            return Err(GenerationError::Unsupported(
+                "a boundary without new points is for domains in space only",
+            ));
         }
         plane::refined(domain, rules, (0.5 / wish.ratio).asin().to_degrees(), machine)
     }

@@ -217,6 +217,10 @@ impl<P: Point> MeshMachine<P> for CountedMachine {
         self.begin(name);
     }
 
+    fn cancelled(&self) -> Option<Error> {
+        self.spec.control.is_cancelled().then_some(Error::Interrupted)
+    }
+
     fn independent(&mut self, sites: &[Site<P>], fixed: usize) -> Result<Independent, Error> {
         let places: Vec<P> = sites.iter().map(|s| s.at).collect();
         let sizes: Vec<f64> = sites.iter().map(|s| s.size).collect();

@@ -215,7 +215,7 @@ fn build<P: AsItIs>(
     let inside = (0..made.delaunay.cells.len() as u32).filter(|&c| made.labels.is_inside(c)).count();
     // The cells of a constrained triangulation are not those of a run.
     let known = machine.owners(P::DIM, made.delaunay.cells.len());
-    let known = known.filter(|_| inside <= owned && !request.is_constrained());
+    let known = known.filter(|_| inside <= owned && !request.is_free(domain));
     let known = known.map(|owners| (made.delaunay.cells.clone(), owners.to_vec()));
     let (mut stages, run_log) = machine.finish(&made.stages);
     if let Some(last) = stages.last_mut() {
@@ -228,7 +228,9 @@ fn build<P: AsItIs>(
         let start = Instant::now();
         let follow = request.remeshes(domain).then(|| follow(request));
         let fixed = request.keep_surface;
-        let target = Target { ratio: request.radius_edge(), fixed, follow, ..Target::default() };
+        // No ratio is promised for a refined triangulation.
+        let ratio = if request.is_free(domain) { f64::INFINITY } else { request.radius_edge() };
+        let target = Target { ratio, fixed, follow, ..Target::default() };
         let done = improve(domain, &mut mesh, &target, &AllCores);
         changes = done.changes();
         stages.push(StageLine {

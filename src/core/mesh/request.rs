@@ -1,5 +1,6 @@
 //! The request for a mesh.
 
+use septet_meshing::constrained::Wish;
 use septet_meshing::domain::Domain;
 use septet_meshing::facet::Triangulate;
 use septet_meshing::input::DomainKind;

@@ -77,8 +77,13 @@ impl Cells {
         let mut rows: Vec<[u32; 4]> = cells.map(canonical).collect();
         rows.sort_unstable();
         let count = rows.len();
-        let mut made =
-            Cells { across: vec![[NONE; 4]; count], rows, free: Vec::new(), at: vec![NONE; vertices], seen: RefCell::default() };
+        let mut made = Cells {
+            across: vec![[NONE; 4]; count],
+            rows,
+            free: Vec::new(),
+            at: vec![NONE; vertices],
+            seen: RefCell::default(),
+        };
         let mut faces: Vec<([u32; 3], u32, usize)> = Vec::with_capacity(4 * count);
         for (i, cell) in (0u32..).zip(&made.rows) {
             faces.extend((0..4).map(|slot| (key(face_of(cell, slot)), i, slot)));

@@ -8,7 +8,9 @@
 //!    on them;
 //! 3. [`facets`]: cells that a missing triangle of a facet crosses are replaced ([`wrap`]);
 //! 4. the components of cells, by the sides of the walls ([`crate::sides`]);
-//! 5. [`rounding`]: points become doubles, and no cell becomes flat or inverted.
+//! 5. [`rounding`]: points become doubles, and no cell becomes flat or inverted;
+//! 6. points on edges are removed where the cells allow it ([`refine`]), because the order of the steps before may have
+//!    added more than are needed. Refinement follows if it is requested.
 //!
 //! *Why it exists.* Without exchanges, all edges of the input consist of edges of the perturbed Delaunay triangulation
 //! after step 2. Then the constrained triangulation exists without further points (Shewchuk 2008). Steps 1 to 4 use
@@ -58,9 +60,9 @@ use cells::Cells;
 use facets::{Kept, Patches};
 use layout::Layout;
 use points::Points;
-use refine::{Limits, TooMany, refine};
+use refine::{Limits, Stop, collapsed, refine};
 use result::Recovered;
-use segments::Subsegments;
+use segments::{Limit, Subsegments};
 
 /// The number of corners of the box.
 const BOX: usize = 8;
@@ -69,19 +71,18 @@ const BOX: usize = 8;
 const ATTEMPTS: u32 = 64;
 
 /// The largest number of points for each vertex and edge of the input.
-const POINTS_PER_EDGE: usize = 64;
+const POINTS_PER_EDGE: usize = 16;
 
 /// A failure of a step: the features that cannot be kept, with the numbers of missing parts.
 type Lost = BTreeMap<Feature, u32>;
 
 /// The state of a recovery.
-struct Recovery {
+struct Recovery<'a> {
     layout: Layout,
     points: Points,
     cells: Cells,
     subs: Subsegments,
-    /// The largest number of points.
-    most: usize,
+    limit: Limit<'a>,
 }
 
 /// Computes the constrained triangulation of a domain as it is: without sizes and without quality.
@@ -94,7 +95,9 @@ pub fn constrain<P: Space, M: MeshMachine<P>>(
     rules: Rules<'_, P>,
     machine: &mut M,
 ) -> Result<GeneratedMesh<P>, GenerationError<M::Error>> {
-    recover(domain, rules, machine).map(|made| made.mesh)
+    let made = recover(domain, rules, machine)?;
+    let mesh = collapsed(&made);
+    Ok(GeneratedMesh { stages: made.mesh.stages, ..mesh })
 }
 
 /// Computes the constrained triangulation, and what it keeps.
@@ -127,12 +130,13 @@ fn recover<P: Space, M: MeshMachine<P>>(
     machine.stage("recovery");
     let most = points.len() + POINTS_PER_EDGE * (layout.parts.len() + 64);
     let most = most.min(usize::try_from(rules.most).unwrap_or(usize::MAX));
+    let is_cancelled = || machine.cancelled().is_some();
+    let limit = Limit { points: most, is_cancelled: &is_cancelled };
     let attempt = |exchanges| {
         let subs = Subsegments::new(&points, &layout.parts, exchanges);
         let (points, cells) = (points.clone(), cells.clone());
-        let mut recovery = Recovery { layout: layout.clone(), points, cells, subs, most };
+        let mut recovery = Recovery { layout: layout.clone(), points, cells, subs, limit };
         recovery.segments()?;
-        if std::env::var("DBG").is_ok() { eprintln!("exchanges {exchanges}: after segments {} cells {}", recovery.added(), recovery.cells.all().count()); }
         let (kept, missing) = recovery.facets(exchanges)?;
         let mut made = recovery.rounded(domain, &kept, rules)?;
         let stage =
@@ -142,7 +146,11 @@ fn recover<P: Space, M: MeshMachine<P>>(
         made.mesh.stages = vec![first, recovered, rounded];
         Ok(made)
     };
-    let made = attempt(true).or_else(|_: Lost| attempt(false)).map_err(missing)?;
+    let made = attempt(true).or_else(|_: Lost| attempt(false));
+    if let Some(error) = machine.cancelled() {
+        return Err(GenerationError::Machine(error));
+    }
+    let made = made.map_err(missing)?;
     // The attempts round as well; this stage has only their counts.
     machine.stage("rounding");
     Ok(made)
@@ -163,10 +171,24 @@ pub fn constrain_and_refine<P: Space, M: MeshMachine<P>>(
     let frame = &domain.simplices.frame;
     let snapped = |p: DVec3| layout::space(frame.snapped(P::from_coords(&p.to_array())));
     let size = |p: DVec3| rules.size.at(P::from_coords(&p.to_array()));
-    let limits =
-        Limits { ratio: wish.ratio, size: &size, snapped: &snapped, divides: wish.divides, most: rules.most };
-    let refined = refine(&made, &limits);
-    let (mut mesh, done) = refined.map_err(|_: TooMany| GenerationError::TooMany(rules.most))?;
+    let is_cancelled = || machine.cancelled().is_some();
+    let limits = Limits {
+        ratio: wish.ratio,
+        size: &size,
+        snapped: &snapped,
+        divides: wish.divides,
+        most: rules.most,
+        is_cancelled: &is_cancelled,
+    };
+    let (mut mesh, done) = match refine(&made, &limits) {
+        Ok(refined) => refined,
+        Err(Stop::TooMany) => return Err(GenerationError::TooMany(rules.most)),
+        Err(Stop::Cancelled) => {
+            return Err(machine
+                .cancelled()
+                .map_or(GenerationError::TooMany(rules.most), GenerationError::Machine));
+        }
+    };
     mesh.stages = made.mesh.stages;
     mesh.stages.push(StageCounts {
         name: "refinement",
@@ -202,7 +224,7 @@ fn boxed(layout: &Layout) -> Points {
     Points::new(layout.points.iter().copied().chain((0..BOX).map(corner)).collect(), planes)
 }
 
-impl Recovery {
+impl Recovery<'_> {
     /// Returns the number of points that were added.
     fn added(&self) -> u64 {
         (self.points.len() - self.points.given()) as u64
@@ -213,8 +235,8 @@ impl Recovery {
     }
 
     fn segments(&mut self) -> Result<(), Lost> {
-        let Recovery { layout, points, cells, subs, most } = self;
-        subs.recover((points, cells), &layout.parts, *most).map_err(|part| self.lost(part))
+        let Recovery { layout, points, cells, subs, limit } = self;
+        subs.recover((points, cells), &layout.parts, *limit).map_err(|part| self.lost(part))
     }
 
     /// Recovers all patches. Returns their faces, and the number of triangles that were missing.
@@ -248,11 +270,11 @@ impl Recovery {
                 return Ok(found);
             };
             attempt += 1;
-            if std::env::var("DBG").is_ok() { eprintln!("facet {} triangles {} failed, points {}", patch.facet, patch.triangles.len(), self.added()); }
             let lost: Lost = [(Feature::Facet(patch.facet), 1)].into();
-            let longest = self.longest(patch, &region, &chains).filter(|_| attempt <= attempts).ok_or(lost)?;
-            let Recovery { layout, points, cells, subs, most } = self;
-            let halved = subs.halve((points, cells), &layout.parts, longest, *most);
+            let longest =
+                self.longest(patch, &region, &chains).filter(|_| attempt <= attempts).ok_or(lost)?;
+            let Recovery { layout, points, cells, subs, limit } = self;
+            let halved = subs.halve((points, cells), &layout.parts, longest, *limit);
             halved.map_err(|part| self.lost(part))?;
         }
     }

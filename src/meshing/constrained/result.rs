@@ -50,7 +50,7 @@ pub(super) struct Recovered<P: Space> {
 /// A face of a patch, with its cell on each side.
 type Sided = ([u32; 3], u32, [u32; 2]);
 
-impl Recovery {
+impl Recovery<'_> {
     /// Returns the components on the two sides of each patch, first on the side of its apex.
     fn sides<P: Space>(&self, domain: &Domain<P>) -> Vec<(u32, [u32; 2])> {
         let label = |c: u32| if domain.components[c as usize].inside { c } else { CellLabels::OUT };

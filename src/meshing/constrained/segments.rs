@@ -33,6 +33,15 @@ const MANY: usize = 13;
 /// The shortest subsegment relative to the largest coordinate. The rounded points of a shorter one could coincide.
 const SHORTEST: f64 = 1e-13;
 
+/// When recovery stops.
+#[derive(Clone, Copy)]
+pub(super) struct Limit<'a> {
+    /// The largest number of points.
+    pub(super) points: usize,
+    /// Returns `true` if the caller has cancelled.
+    pub(super) is_cancelled: &'a dyn Fn() -> bool,
+}
+
 /// A part of a part.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Sub {
@@ -102,7 +111,7 @@ impl Subsegments {
         &mut self,
         (points, cells): (&mut Points, &mut Cells),
         parts: &[Part],
-        most: usize,
+        limit: Limit<'_>,
     ) -> Result<(), u32> {
         let mut queue: VecDeque<u32> = self.of.values().copied().collect();
         let mut tries = 0;
@@ -122,7 +131,7 @@ impl Subsegments {
             }
             tries = 0;
             let t = self.place(points, cells, &sub);
-            if points.len() >= most {
+            if points.len() >= limit.points || (limit.is_cancelled)() {
                 return Err(sub.part);
             }
             self.divide((points, cells), parts, id, t, &mut queue)?;
@@ -139,13 +148,13 @@ impl Subsegments {
         (points, cells): (&mut Points, &mut Cells),
         parts: &[Part],
         edge: [u32; 2],
-        most: usize,
+        limit: Limit<'_>,
     ) -> Result<(), u32> {
         let Some(&id) = self.of.get(&ascending(edge)) else { return Ok(()) };
         let sub = self.all[id as usize];
         let t = sub.t[0] + 0.5 * (sub.t[1] - sub.t[0]);
         self.divide((&mut *points, &mut *cells), parts, id, t, &mut VecDeque::new())?;
-        self.recover((points, cells), parts, most)
+        self.recover((points, cells), parts, limit)
     }
 
     fn divide(
@@ -159,14 +168,13 @@ impl Subsegments {
         let sub = self.all[id as usize];
         let length = points.at[sub.ends[0] as usize].distance(points.at[sub.ends[1] as usize]);
         if !(sub.t[0] < t && t < sub.t[1]) || length <= 2.0 * self.shortest {
-            if std::env::var("DBG").is_ok() { eprintln!("too short {length} t {t} {:?}", sub.t); }
             return Err(sub.part);
         }
         let part = &parts[sub.part as usize];
         let v = points.add(part.ends, t, part.patches.clone());
         self.of.remove(&ascending(sub.ends));
         let keeps = |edge: [u32; 2]| self.exchanges && self.of.contains_key(&edge);
-        let gone = cells.insert(points, sub.ends[0], v, keeps).ok_or_else(|| { if std::env::var("DBG").is_ok() { eprintln!("insert failed len {length} points {}", points.len()); } sub.part })?;
+        let gone = cells.insert(points, sub.ends[0], v, keeps).ok_or(sub.part)?;
         for (ends, t) in [([sub.ends[0], v], [sub.t[0], t]), ([v, sub.ends[1]], [t, sub.t[1]])] {
             queue.push_back(self.push(Sub { part: sub.part, ends, t }));
         }

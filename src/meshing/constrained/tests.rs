@@ -2,7 +2,7 @@
 
 use glam::DVec3;
 
-use super::{constrain, constrain_and_fill};
+use super::{Wish, constrain, constrain_and_refine};
 use crate::check::check;
 use crate::conformity;
 use crate::domain::Domain;
@@ -92,20 +92,83 @@ fn facets_without_room_are_recovered() {
     assert_eq!(regions.len(), 2);
 }
 
+/// Refines a domain to a size and checks it.
+fn refined(domain: &Domain<DVec3>, size: f64, divides: bool) -> Mesh<DVec3> {
+    let size = move |_: DVec3| size;
+    let rules = Rules { size: &size, lipschitz: 0.5, seed: 1, most: 1 << 20 };
+    let wish = Wish { ratio: 1.46, divides };
+    let made = constrain_and_refine(domain, rules, wish, &mut Alone { seed: 1 });
+    let mesh = made.map_err(|e| format!("{e:?}")).unwrap().0.into_mesh(domain);
+    let found = conformity::check(domain, &mesh);
+    assert!(found.is_clean(), "{:?}", &found.defects[..found.defects.len().min(5)]);
+    mesh
+}
+
 #[test]
-fn a_filled_cube_keeps_its_faces() {
+fn a_kept_cube_keeps_its_faces() {
     let faces: Vec<&[u32]> = CUBE.iter().map(<[u32; 4]>::as_slice).collect();
     let domain = domain(&complex(corners(DVec3::ZERO, DVec3::ONE), &faces));
-    let size = |_: DVec3| 0.2;
-    let rules = Rules { size: &size, lipschitz: 0.5, seed: 1, most: 1 << 20 };
-    let mesh =
-        constrain_and_fill(&domain, rules, &mut Alone { seed: 1 }).map_err(|e| format!("{e:?}")).unwrap();
-    let mesh = mesh.into_mesh(&domain);
-    let found = conformity::check(&domain, &mesh);
-    assert!(found.is_clean(), "{:?}", &found.defects[..found.defects.len().min(5)]);
+    let mesh = refined(&domain, 0.2, false);
     let inner = mesh.carriers.iter().filter(|c| **c == crate::mesh::Carrier::Volume).count();
-    assert!(inner > 20 && mesh.points.len() == inner + 8, "{inner} of {}", mesh.points.len());
+    assert!(inner > 0 && mesh.points.len() == inner + 8, "{inner} of {}", mesh.points.len());
     assert_eq!(mesh.faces.len(), 12);
+}
+
+/// Without small angles, every cell becomes small and round enough.
+#[test]
+fn a_refined_cube_has_small_cells() {
+    let faces: Vec<&[u32]> = CUBE.iter().map(<[u32; 4]>::as_slice).collect();
+    let domain = domain(&complex(corners(DVec3::ZERO, DVec3::ONE), &faces));
+    let mesh = refined(&domain, 0.2, true);
+    for &cell in &mesh.cells {
+        let p = [0, 1, 2, 3].map(|i| mesh.points[cell[i] as usize]);
+        let radius2 = septet_geometry::measure::circumradius2(&p);
+        assert!(radius2.sqrt() <= 0.2 * (1.0 + 1e-9), "{radius2}");
+        assert!(septet_geometry::measure::radius_edge_ratio(&p) <= 1.46 * (1.0 + 1e-9), "{p:?}");
+    }
+    assert!((400..4000).contains(&mesh.cells.len()), "{}", mesh.cells.len());
+    assert!(mesh.carriers.iter().any(|c| matches!(c, crate::mesh::Carrier::Segment(_))));
+    assert!(mesh.carriers.iter().any(|c| matches!(c, crate::mesh::Carrier::Facet(_))));
+}
+
+/// Several fans of cells meet at the common edge, which is divided.
+#[test]
+fn cubes_that_share_an_edge_are_refined() {
+    let (low, high) = (DVec3::ZERO, DVec3::ONE);
+    let mut points = corners(low, high);
+    points.extend(corners(DVec3::new(1.0, 1.0, 0.0), DVec3::new(2.0, 2.0, 1.0)));
+    let second = |v: u32| match v {
+        0 => 3,
+        4 => 7,
+        v => v + 8,
+    };
+    let mut faces: Vec<Vec<u32>> = CUBE.iter().map(|f| f.to_vec()).collect();
+    faces.extend(CUBE.iter().map(|f| f.map(second).to_vec()));
+    let used: Vec<u32> = (0..16).filter(|v| ![8, 12].contains(v)).collect();
+    let number = |v: u32| used.iter().position(|&u| u == v).unwrap() as u32;
+    let faces: Vec<Vec<u32>> = faces.iter().map(|f| f.iter().map(|&v| number(v)).collect()).collect();
+    let points: Vec<DVec3> = used.iter().map(|&v| points[v as usize]).collect();
+    let rows: Vec<&[u32]> = faces.iter().map(Vec::as_slice).collect();
+    let domain = domain(&complex(points, &rows));
+    let mesh = refined(&domain, 0.3, true);
+    let on_edge = mesh.points.iter().filter(|p| p.x == 1.0 && p.y == 1.0).count();
+    assert!(on_edge > 2, "{on_edge}");
+}
+
+/// Two planes that meet at a small angle end refinement.
+#[test]
+fn a_wedge_ends() {
+    let points = vec![
+        DVec3::ZERO,
+        DVec3::new(1.0, 0.0, 0.0),
+        DVec3::new(1.0, 0.02, 0.0),
+        DVec3::new(0.0, 0.0, 1.0),
+        DVec3::new(1.0, 0.0, 1.0),
+        DVec3::new(1.0, 0.02, 1.0),
+    ];
+    let faces: [&[u32]; 5] = [&[0, 1, 2], &[3, 5, 4], &[0, 3, 4, 1], &[1, 4, 5, 2], &[0, 2, 5, 3]];
+    let mesh = refined(&domain(&complex(points, &faces)), 10.0, true);
+    assert!(mesh.cells.len() < 20_000, "{}", mesh.cells.len());
 }
 
 #[test]

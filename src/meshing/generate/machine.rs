@@ -25,6 +25,11 @@ pub trait MeshMachine<P: Point>: Evaluator<P> {
     /// Begins a stage. Later runs belong to it.
     fn stage(&mut self, _name: &'static str) {}
 
+    /// Returns an error if the caller has cancelled. Long sequential steps ask for it.
+    fn cancelled(&self) -> Option<Self::Error> {
+        None
+    }
+
     /// Returns a maximal independent set of the conflict graph. It contains the first `fixed` sites, which are
     /// omitted from the result. The other members form the greedy set in a random order that depends only on the
     /// positions. No two of the given sites may coincide. All machines that use the order of

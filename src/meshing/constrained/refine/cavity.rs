@@ -16,6 +16,7 @@
 //!
 //! **Work and depth.** O(k log k) for k cells, except for the rare cells that shrinking removes.
 
+use glam::DVec3;
 use septet_geometry::predicates::{Sign, in_sphere, orientation};
 
 use super::solid::{FREE, Outer, Row, Side, Solid, edges};
@@ -23,7 +24,7 @@ use crate::constrained::cells::{NONE, key};
 use crate::space::ascending;
 
 /// The least volume of a new cell, relative to a cube over its longest edge. Flatter cells are not made.
-pub(super) const FLAT: f64 = 1e-11;
+const FLAT: f64 = 1e-11;
 
 /// The place of a new point.
 #[derive(Clone, Copy, Debug)]
@@ -71,7 +72,7 @@ impl Solid {
         self.open_walls(q, &mut cavity);
         self.grow(q, &mut cavity);
         self.shrink(q, &mut cavity)?;
-        cavity.rim = self.rim(&cavity);
+        cavity.rim = Self::rim(&cavity);
         self.is_closed(&cavity).then_some(cavity)
     }
 
@@ -218,10 +219,7 @@ impl Solid {
 
     /// Returns whether a face sees a vertex on its positive side, at some distance.
     fn sees(&self, [a, b, c]: [u32; 3], q: u32) -> bool {
-        let p = self.points([a, b, c, q]);
-        let [u, v, w] = [p[1] - p[0], p[2] - p[0], p[3] - p[0]];
-        let longest = [u, v, w, v - u, w - u, w - v].map(|e| e.length_squared()).into_iter().fold(0.0, f64::max);
-        u.cross(v).dot(w).abs() > FLAT * longest * longest.sqrt() && orientation(&p) == Sign::Positive
+        is_thick(self.points([a, b, c, q]))
     }
 
     /// Finds the faces around a cavity.
@@ -245,7 +243,8 @@ impl Solid {
         let mut vertices: Vec<u32> = cavity.faces.iter().flat_map(|f| f.corners).collect();
         vertices.sort_unstable();
         vertices.dedup();
-        let has = |[a, b]: [u32; 2]| cavity.faces.iter().any(|f| f.corners.contains(&a) && f.corners.contains(&b));
+        let has =
+            |[a, b]: [u32; 2]| cavity.faces.iter().any(|f| f.corners.contains(&a) && f.corners.contains(&b));
         let loses = |cell: &u32| {
             let row = self.corners(*cell);
             row.iter().any(|v| vertices.binary_search(v).is_err())
@@ -269,7 +268,10 @@ impl Solid {
             next += 1;
             for slot in 0..4 {
                 let other = self.rows[cell as usize].across[slot];
-                if self.is_inside(other) && self.passes(Side { cell, slot }, &cavity.opened) && !cells.contains(&other) {
+                if self.is_inside(other)
+                    && self.passes(Side { cell, slot }, &cavity.opened)
+                    && !cells.contains(&other)
+                {
                     cells.push(other);
                 }
             }
@@ -284,7 +286,7 @@ impl Solid {
     }
 
     /// Returns the edges of opened walls that belong to one of them only, with their patches.
-    fn rim(&self, cavity: &Cavity) -> Vec<([u32; 2], u32)> {
+    fn rim(cavity: &Cavity) -> Vec<([u32; 2], u32)> {
         let mut all: Vec<([u32; 2], u32)> = Vec::new();
         for o in &cavity.opened {
             let [a, b, c] = o.face;
@@ -420,14 +422,20 @@ impl Solid {
         };
         let mut fans = std::mem::take(&mut self.fans);
         for (edge, cells) in &mut fans {
-            for i in 0..cells.len() {
-                if !has(&self.rows, cells[i], edge)
-                    && let Some(&cell) = new.iter().find(|&&c| has(&self.rows, c, edge))
-                {
-                    cells[i] = cell;
+            for cell in cells.iter_mut().filter(|cell| !has(&self.rows, **cell, edge)) {
+                if let Some(&other) = new.iter().find(|&&c| has(&self.rows, c, edge)) {
+                    *cell = other;
                 }
             }
         }
         self.fans = fans;
     }
+}
+
+/// Returns whether a cell is positive and not flat.
+pub(super) fn is_thick(p: [DVec3; 4]) -> bool {
+    let [u, v, w] = [p[1] - p[0], p[2] - p[0], p[3] - p[0]];
+    let lengths = [u, v, w, v - u, w - u, w - v].map(DVec3::length_squared);
+    let longest = lengths.into_iter().fold(0.0, f64::max);
+    u.cross(v).dot(w).abs() > FLAT * longest * longest.sqrt() && orientation(&p) == Sign::Positive
 }

@@ -11,10 +11,7 @@
 
 use std::collections::BTreeMap;
 
-use glam::DVec3;
-use septet_geometry::predicates::{Sign, orientation};
-
-use super::cavity::FLAT;
+use super::cavity::is_thick;
 use super::solid::{FREE, Side, Solid};
 use crate::constrained::cells::NONE;
 use crate::space::ascending;
@@ -49,7 +46,9 @@ impl Solid {
                 }
                 let length = |w: u32| self.at[w as usize].distance_squared(self.at[v as usize]);
                 let order = if length(b) < length(a) { [b, a] } else { [a, b] };
-                let Some(to) = order.into_iter().find(|&to| self.merge(v, to, &mut anchors)) else { continue };
+                let Some(to) = order.into_iter().find(|&to| self.merge(v, to, &mut anchors)) else {
+                    continue;
+                };
                 let from = if to == a { b } else { a };
                 self.rejoin(v, [to, from], &mut beside);
                 removed += 1;
@@ -126,11 +125,7 @@ impl Solid {
 
     /// Returns whether a cell is positive and not flat if a vertex moves to another one.
     fn is_good_with(&self, cell: u32, v: u32, to: u32) -> bool {
-        let p: [DVec3; 4] = self.points(self.corners(cell).map(|w| if w == v { to } else { w }));
-        let [a, b, c] = [p[1] - p[0], p[2] - p[0], p[3] - p[0]];
-        let edges = [a, b, c, b - a, c - a, c - b].map(|e| e.length_squared());
-        let longest = edges.into_iter().fold(0.0, f64::max);
-        a.cross(b).dot(c).abs() > FLAT * longest * longest.sqrt() && orientation(&p) == Sign::Positive
+        is_thick(self.points(self.corners(cell).map(|w| if w == v { to } else { w })))
     }
 
     /// Returns the faces of the cells beyond the two faces that become one, if neither is a wall.

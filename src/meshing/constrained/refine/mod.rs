@@ -5,10 +5,11 @@
 //! smallest ball around one of those next to the new cells contains the circumcentre, this wall or edge is divided
 //! instead: a wall at the centre of its circle, an edge in the middle, or at a power of two from an end where kept edges
 //! meet at less than 60 degrees. A wall is replaced by an edge in the same way. So the boundary is divided only where a
-//! cell asks for it, and never if it must be kept as it is ([`Limits::divides`]).
+//! cell asks for it. If it must be kept as it is ([`Limits::divides`]), points of the volume keep away from walls instead.
 //!
 //! *It ends.* A point is inserted only if its distance from all vertices of its cavity is at least the shortest edge of
-//! the bad cell. So no edge becomes shorter than the shortest edge of the first cells, and the domain is bounded. At small
+//! the bad cell, or half the size if the cell is only too large. So no edge becomes shorter than the shortest edge of
+//! the first cells or than half the least size, and the domain is bounded. At small
 //! angles of the input, where points on two features would approach each other for ever, this rule stops refinement, and
 //! cells that it leaves stay bad. Each bad cell that cannot be changed is left.
 //!
@@ -47,6 +48,10 @@ use walk::{FlatWalk, Walk};
 /// The cosine of 30 degrees: the angle of two lines below which points on them are not a reason to refine.
 const COS_SMALL: f64 = 0.866_025_403_784_438_6;
 
+/// The least distance of a point from the plane of a wall next to it that must not be divided, relative to the least
+/// distance from vertices.
+const LEAST_HEIGHT: f64 = 0.35;
+
 /// What refinement must reach, and what it may do.
 pub(super) struct Limits<'a> {
     /// The largest ratio of circumradius and shortest edge.
@@ -59,6 +64,8 @@ pub(super) struct Limits<'a> {
     pub(super) divides: bool,
     /// The largest number of vertices.
     pub(super) most: u64,
+    /// Returns `true` if the caller has cancelled.
+    pub(super) is_cancelled: &'a dyn Fn() -> bool,
 }
 
 /// The counts of a refinement.
@@ -72,21 +79,35 @@ pub(super) struct Refined {
     pub(super) visits: u64,
 }
 
-/// Too many vertices would be needed.
-pub(super) struct TooMany;
+/// The reason to stop early.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Stop {
+    /// The limit of vertices is reached.
+    TooMany,
+    /// The caller has cancelled.
+    Cancelled,
+}
+
+/// The number of bad cells after which the caller is asked whether to go on.
+const PATIENCE: u64 = 256;
+
+/// Returns a constrained triangulation without the points that it does not need.
+pub(super) fn collapsed<P: Space>(made: &Recovered<P>) -> GeneratedMesh<P> {
+    let mut solid = Solid::new(made);
+    solid.collapse(made.given);
+    solid.into_mesh()
+}
 
 /// Refines a constrained triangulation.
 ///
 /// # Errors
-/// Returns [`TooMany`] if the limit of vertices is reached.
+/// Returns the reason to stop early.
 pub(super) fn refine<P: Space>(
     made: &Recovered<P>,
     limits: &Limits<'_>,
-) -> Result<(GeneratedMesh<P>, Refined), TooMany> {
+) -> Result<(GeneratedMesh<P>, Refined), Stop> {
     let mut solid = Solid::new(made);
-    let given = made.given;
-    let gone = solid.collapse(given);
-    if std::env::var("DBG").is_ok() { eprintln!("collapsed {gone} of {}", solid.at.len() as u32 - given); }
+    solid.collapse(made.given);
     let acute = solid.acute_ends();
     let mut refiner = Refiner { solid, limits, acute, heap: BinaryHeap::new(), done: Refined::default() };
     for cell in 0..refiner.solid.rows.len() as u32 {
@@ -95,8 +116,7 @@ pub(super) fn refine<P: Space>(
     refiner.run()?;
     let mut done = refiner.done;
     done.visits = refiner.solid.visits;
-    let size = |p: P| (limits.size)(DVec3::from_array([p.coord(0), p.coord(1), p.coord(2)]));
-    Ok((refiner.solid.into_mesh(size), done))
+    Ok((refiner.solid.into_mesh(), done))
 }
 
 struct Refiner<'a> {
@@ -109,14 +129,17 @@ struct Refiner<'a> {
 }
 
 impl Refiner<'_> {
-    fn run(&mut self) -> Result<(), TooMany> {
+    fn run(&mut self) -> Result<(), Stop> {
         while let Some(bad) = self.heap.pop() {
             if self.solid.rows.get(bad.cell as usize).is_none_or(|row| row.corners != bad.corners) {
                 continue;
             }
             self.done.bad += 1;
+            if self.done.bad.is_multiple_of(PATIENCE) && (self.limits.is_cancelled)() {
+                return Err(Stop::Cancelled);
+            }
             if self.solid.at.len() as u64 >= self.limits.most {
-                return Err(TooMany);
+                return Err(Stop::TooMany);
             }
             if self.attempt(bad.cell).is_some() {
                 self.done.points += 1;
@@ -142,7 +165,10 @@ impl Refiner<'_> {
         } else {
             let size = (self.limits.size)(shape.centre);
             // Cells that are only too large come after all others.
-            if shape.radius2 <= size * size { return } else { -size * size / shape.radius2 }
+            if shape.radius2 <= size * size {
+                return;
+            }
+            -size * size / shape.radius2
         };
         self.heap.push(Bad { badness, corners, cell });
     }
@@ -153,7 +179,10 @@ impl Refiner<'_> {
             let [a, b] = self.solid.points(*e);
             a.distance_squared(b)
         };
-        let Some([u, v]) = solid::edges(corners).into_iter().min_by(|a, b| length(a).total_cmp(&length(b))) else { return false };
+        let Some([u, v]) = solid::edges(corners).into_iter().min_by(|a, b| length(a).total_cmp(&length(b)))
+        else {
+            return false;
+        };
         let [s, t] = [u, v].map(|x| &self.solid.lines_at[x as usize]);
         s.iter().any(|&x| t.iter().any(|&y| x != y && self.meet_sharply(x, y)))
     }
@@ -175,7 +204,9 @@ impl Refiner<'_> {
         if !shape.centre.is_finite() {
             return None;
         }
-        let apart2 = shape.shortest2;
+        let size = 0.5 * (self.limits.size)(shape.centre);
+        let is_shapeless = shape.radius2 > self.limits.ratio * self.limits.ratio * shape.shortest2;
+        let apart2 = if is_shapeless { shape.shortest2 } else { shape.shortest2.min(size * size) };
         let to = (self.limits.snapped)(shape.centre);
         match self.solid.walk(cell, to)? {
             Walk::Wall(side) => self.divide_wall(side, apart2),
@@ -189,6 +220,10 @@ impl Refiner<'_> {
         let cavity = self.solid.cavity(q, Place::Cell(place));
         let own = self.solid.faces(place);
         let faces = cavity.as_ref().map_or(&own[..], |cavity| &cavity.faces);
+        if !self.limits.divides {
+            let is_near = faces.iter().any(|f| self.is_near(f, to, apart2));
+            return self.finish(cavity.filter(|_| !is_near), q, apart2);
+        }
         if let Some((cell, edge)) = self.encroached_edge(faces, to) {
             self.solid.pop();
             return self.divide_edge(cell, edge, apart2);
@@ -198,6 +233,13 @@ impl Refiner<'_> {
             return self.divide_wall(side, apart2);
         }
         self.finish(cavity, q, apart2)
+    }
+
+    /// Returns whether a point is too near to the plane of a wall that is kept.
+    fn is_near(&self, face: &Outer, p: DVec3, apart2: f64) -> bool {
+        let [a, b, c] = self.solid.points(face.corners);
+        let height = (b - a).cross(c - a).normalize_or_zero().dot(p - a);
+        self.solid.is_wall(face.side) && height * height < LEAST_HEIGHT * LEAST_HEIGHT * apart2
     }
 
     /// Inserts a point at the centre of a wall, or divides the kept edge on which it encroaches.

@@ -99,7 +99,9 @@ impl Solid {
         let count = rows.len();
         let mut lines_at = vec![Vec::new(); at.len()];
         for (line, ends) in (0u32..).zip(made.lines.iter().map(|l| l.ends)) {
-            ends.into_iter().for_each(|v| lines_at[v as usize].push(line));
+            for v in ends {
+                lines_at[v as usize].push(line);
+            }
         }
         for (v, &(_, line)) in made.edges.iter().flat_map(|e| e.0.map(|v| (v, e))) {
             if v >= made.given && !lines_at[v as usize].contains(&line) {
@@ -261,14 +263,31 @@ impl Solid {
         self.gone.pop();
     }
 
-    /// Returns the mesh. `size` is the size at a point.
-    pub(super) fn into_mesh<P: Space>(self, size: impl Fn(P) -> f64) -> GeneratedMesh<P> {
+    /// Returns the length of the shortest edge at each vertex, or 1 without edges.
+    fn shortest_edges(&self) -> Vec<f64> {
+        let mut least = vec![f64::INFINITY; self.at.len()];
+        for row in self.rows.iter().filter(|row| row.corners[0] != NONE) {
+            for [a, b] in edges(&row.corners) {
+                let length2 = self.at[a as usize].distance_squared(self.at[b as usize]);
+                for v in [a, b] {
+                    least[v as usize] = least[v as usize].min(length2);
+                }
+            }
+        }
+        least.iter().map(|&l| if l.is_finite() { l.sqrt() } else { 1.0 }).collect()
+    }
+
+    /// Returns the mesh. The size at a vertex is the length of its shortest edge.
+    pub(in crate::constrained) fn into_mesh<P: Space>(self) -> GeneratedMesh<P> {
+        let sizes = self.shortest_edges();
         let mut vertices = Vertices { points: vec![], sizes: vec![], carriers: vec![] };
         let mut short = vec![OUTSIDE; self.at.len()];
-        for (v, (p, &carrier)) in self.at.iter().zip(&self.carriers).enumerate().filter(|(v, _)| !self.gone[*v]) {
+        for (v, (p, &carrier)) in
+            self.at.iter().zip(&self.carriers).enumerate().filter(|(v, _)| !self.gone[*v])
+        {
             short[v] = vertices.len() as u32;
             let at = P::from_coords(&p.to_array());
-            vertices.push(Site { at, size: size(at) }, carrier);
+            vertices.push(Site { at, size: sizes[v] }, carrier);
         }
         let mut number = vec![OUTSIDE; self.rows.len()];
         let live = self.rows.iter().enumerate().filter(|(_, row)| row.corners[0] != NONE);
@@ -282,7 +301,11 @@ impl Solid {
                 if other == NONE || cell < other as usize {
                     let beyond = if other == NONE { OUTSIDE } else { number[other as usize] };
                     let facet = self.facets[row.walls[slot] as usize];
-                    faces.push((facet, simplex::<P::Facet>(&face_of(&row.corners, slot).map(|v| short[v as usize])), [number[cell], beyond]));
+                    faces.push((
+                        facet,
+                        simplex::<P::Facet>(&face_of(&row.corners, slot).map(|v| short[v as usize])),
+                        [number[cell], beyond],
+                    ));
                 }
             }
         }
@@ -293,7 +316,8 @@ impl Solid {
             }
         }
         subsegments.sort_unstable();
-        let cells: Vec<P::Cell> = live.clone().map(|(_, row)| simplex(&row.corners.map(|v| short[v as usize]))).collect();
+        let cells: Vec<P::Cell> =
+            live.clone().map(|(_, row)| simplex(&row.corners.map(|v| short[v as usize]))).collect();
         GeneratedMesh {
             vertices,
             labels: CellLabels { of: live.map(|(_, row)| row.label).collect() },
