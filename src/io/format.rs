@@ -322,7 +322,7 @@ formats! {
     /// An input file of Abaqus.
     Inp {
         extensions: &["inp"],
-        roles: &[(Role::Triangulation, "Abaqus, CalculiX"), (Role::Mesh, "")],
+        roles: &[(Role::Triangulation, "Abaqus, `CalculiX`"), (Role::Mesh, "")],
         labels: Some([
             "element sets `region-N`",
             "surfaces of element faces and node sets `marker-N`",
