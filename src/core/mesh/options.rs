@@ -251,9 +251,9 @@ pub static MESH_OPTIONS: &[Row<MeshSpec>] = &[
     ),
     option!(
         MeshSpec, "conforming", "conforming",
-        "Place points in the plane by Section 5 of the paper\n\nWithout the option, the constrained triangulation of a domain in \
-         the plane is refined until no angle is below 20 degrees, except between segments of the domain. This needs \
-         a fraction of the cells.",
+        "Place points by Section 5 of the paper\n\nWithout the option, the constrained triangulation of a domain is refined: in \
+         the plane until no angle is below 20 degrees, and in space until no circumradius exceeds 1.46 times the shortest \
+         edge, except near small angles of the domain. This needs a fraction of the cells. Remeshing always uses Section 5.",
         bool,
         |s| s.conforming,
         |s, is_set| { s.conforming = is_set; Ok(()) },

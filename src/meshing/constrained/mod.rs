@@ -36,6 +36,7 @@ mod facets;
 mod layout;
 mod planar;
 mod points;
+mod recovered;
 mod refine;
 mod result;
 mod rounding;
@@ -60,9 +61,12 @@ use cells::Cells;
 use facets::{Kept, Patches};
 use layout::Layout;
 use points::Points;
+use recovered::Recovered;
 use refine::{Limits, Stop, collapsed, refine};
-use result::Recovered;
 use segments::{Limit, Subsegments};
+
+/// The name of the stage that recovers edges and facets.
+const RECOVERY: &str = "recovery";
 
 /// The number of corners of the box.
 const BOX: usize = 8;
@@ -96,8 +100,8 @@ pub fn constrain<P: Space, M: MeshMachine<P>>(
     machine: &mut M,
 ) -> Result<GeneratedMesh<P>, GenerationError<M::Error>> {
     let made = recover(domain, rules, machine)?;
-    let mesh = collapsed(&made);
-    Ok(GeneratedMesh { stages: made.mesh.stages, ..mesh })
+    let (mesh, removed) = collapsed(&made);
+    Ok(GeneratedMesh { stages: recovered_stages(made.mesh.stages, removed), ..mesh })
 }
 
 /// Computes the constrained triangulation, and what it keeps.
@@ -123,11 +127,11 @@ fn recover<P: Space, M: MeshMachine<P>>(
     let first = StageCounts {
         name: "triangulation",
         candidates: points.len() as u64,
-        points: layout.points.len() as u64,
+        points: (layout.points.len() - domain.corners.len()) as u64,
         ..StageCounts::default()
     };
 
-    machine.stage("recovery");
+    machine.stage(RECOVERY);
     let most = points.len() + POINTS_PER_EDGE * (layout.parts.len() + 64);
     let most = most.min(usize::try_from(rules.most).unwrap_or(usize::MAX));
     let is_cancelled = || machine.cancelled().is_some();
@@ -141,8 +145,8 @@ fn recover<P: Space, M: MeshMachine<P>>(
         let mut made = recovery.rounded(domain, &kept, rules)?;
         let stage =
             |name, candidates, points| StageCounts { name, candidates, points, ..StageCounts::default() };
-        let recovered = stage("recovery", missing, recovery.added());
-        let rounded = stage("rounding", made.rounded.bad, made.rounded.moved);
+        let recovered = stage(RECOVERY, missing, recovery.added());
+        let rounded = stage("rounding", made.rounded.bad, 0);
         made.mesh.stages = vec![first, recovered, rounded];
         Ok(made)
     };
@@ -189,7 +193,7 @@ pub fn constrain_and_refine<P: Space, M: MeshMachine<P>>(
                 .map_or(GenerationError::TooMany(rules.most), GenerationError::Machine));
         }
     };
-    mesh.stages = made.mesh.stages;
+    mesh.stages = recovered_stages(made.mesh.stages, done.removed);
     mesh.stages.push(StageCounts {
         name: "refinement",
         candidates: done.bad,
@@ -197,6 +201,14 @@ pub fn constrain_and_refine<P: Space, M: MeshMachine<P>>(
         ..StageCounts::default()
     });
     Ok((mesh, done.visits))
+}
+
+/// Returns the stages of recovery, without the points that were removed afterwards.
+fn recovered_stages(mut stages: Vec<StageCounts>, removed: u64) -> Vec<StageCounts> {
+    for stage in stages.iter_mut().filter(|s| s.name == RECOVERY) {
+        stage.points -= removed;
+    }
+    stages
 }
 
 /// What refinement shall reach.

@@ -14,7 +14,8 @@ use septet_geometry::predicates::Sign;
 use super::cells::{NONE, face_of, key};
 use super::facets::Kept;
 use super::layout::{Part, space};
-use super::rounding::{OnPart, Rounded, settle};
+use super::recovered::{Line, Recovered};
+use super::rounding::{OnPart, settle};
 use super::{BOX, Lost, Recovery, apex};
 use crate::domain::{Domain, Feature};
 use crate::generate::{CellLabels, Delaunay, GeneratedMesh, Rules, Subsegment, Vertices};
@@ -22,30 +23,6 @@ use crate::mesh::Carrier;
 use crate::points::conflicts::Site;
 use crate::sides::Sets;
 use crate::space::{Space, ascending};
-
-/// An edge of the input that the mesh keeps.
-#[derive(Clone, Copy, Debug)]
-pub(super) struct Line {
-    pub(super) ends: [u32; 2],
-    /// The feature that carries it.
-    pub(super) carrier: Carrier,
-}
-
-/// A constrained triangulation, with the parts of the input that it keeps.
-pub(super) struct Recovered<P: Space> {
-    pub(super) mesh: GeneratedMesh<P>,
-    pub(super) rounded: Rounded,
-    /// The number of vertices of the input, which come first.
-    pub(super) given: u32,
-    /// The patch of each face of the mesh.
-    pub(super) patches: Vec<u32>,
-    /// The facet of each patch.
-    pub(super) facets: Vec<u32>,
-    /// The edges of the input.
-    pub(super) lines: Vec<Line>,
-    /// Their parts, ends ascending, with the positions of the lines.
-    pub(super) edges: Vec<([u32; 2], u32)>,
-}
 
 /// A face of a patch, with its cell on each side.
 type Sided = ([u32; 3], u32, [u32; 2]);

@@ -79,8 +79,8 @@ pub fn refined<M: MeshMachine<DVec2>>(
 /// Returns the counts of the stages before refinement.
 fn first_stages(made: &Constrained, chains: &[[u32; 2]]) -> Vec<StageCounts> {
     let stage = |name, candidates, points| StageCounts { name, candidates, points, ..StageCounts::default() };
-    let points = made.points().len() as u64;
-    vec![stage("triangulation", points, points), stage("segments", chains.len() as u64, 0)]
+    // All vertices are corners, which no stage places.
+    vec![stage("triangulation", made.points().len() as u64, 0), stage("segments", chains.len() as u64, 0)]
 }
 
 /// Returns the length of the shortest edge at each vertex, or 1 without edges.

@@ -156,8 +156,9 @@ def mesh(
     feature_angle : float, optional
         Edges whose faces turn by more degrees are ridges.
     conforming : bool, optional
-        Whether a mesh in the plane places its points by Section 5 of the paper. By default, the constrained triangulation is
-        refined until no angle is below 20 degrees, except between segments of the domain.
+        Whether points are placed by Section 5 of the paper. By default, the constrained triangulation is refined: in the plane
+        until no angle is below 20 degrees, except between segments of the domain, and in space until no circumradius exceeds
+        1.46 times the shortest edge, except near small angles.
     improve : bool, optional
         Whether cells with small angles are removed.
     weld : float, optional

@@ -34,7 +34,7 @@ use std::collections::BinaryHeap;
 use glam::DVec3;
 
 use super::cells::NONE;
-use super::result::Recovered;
+use super::recovered::Recovered;
 use super::segments::shell;
 use crate::generate::GeneratedMesh;
 use crate::mesh::Carrier;
@@ -71,6 +71,8 @@ pub(super) struct Limits<'a> {
 /// The counts of a refinement.
 #[derive(Clone, Copy, Debug, Default)]
 pub(super) struct Refined {
+    /// Points of recovery that were removed.
+    pub(super) removed: u64,
     /// Bad cells that were examined.
     pub(super) bad: u64,
     /// Points that were inserted.
@@ -91,11 +93,11 @@ pub(super) enum Stop {
 /// The number of bad cells after which the caller is asked whether to go on.
 const PATIENCE: u64 = 256;
 
-/// Returns a constrained triangulation without the points that it does not need.
-pub(super) fn collapsed<P: Space>(made: &Recovered<P>) -> GeneratedMesh<P> {
+/// Returns a constrained triangulation without the points that it does not need, and their number.
+pub(super) fn collapsed<P: Space>(made: &Recovered<P>) -> (GeneratedMesh<P>, u64) {
     let mut solid = Solid::new(made);
-    solid.collapse(made.given);
-    solid.into_mesh()
+    let removed = solid.collapse(made.given);
+    (solid.into_mesh(), removed)
 }
 
 /// Refines a constrained triangulation.
@@ -107,9 +109,15 @@ pub(super) fn refine<P: Space>(
     limits: &Limits<'_>,
 ) -> Result<(GeneratedMesh<P>, Refined), Stop> {
     let mut solid = Solid::new(made);
-    solid.collapse(made.given);
+    let removed = solid.collapse(made.given);
     let acute = solid.acute_ends();
-    let mut refiner = Refiner { solid, limits, acute, heap: BinaryHeap::new(), done: Refined::default() };
+    let mut refiner = Refiner {
+        solid,
+        limits,
+        acute,
+        heap: BinaryHeap::new(),
+        done: Refined { removed, ..Refined::default() },
+    };
     for cell in 0..refiner.solid.rows.len() as u32 {
         refiner.judge(cell);
     }

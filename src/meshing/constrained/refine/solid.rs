@@ -13,7 +13,7 @@ use septet_geometry::point::Simplex;
 
 use crate::constrained::cells::{NONE, face_of, key};
 use crate::constrained::layout::space;
-use crate::constrained::result::{Line, Recovered};
+use crate::constrained::recovered::{Line, Recovered};
 use crate::constrained::segments::acute;
 use crate::generate::{CellLabels, Delaunay, GeneratedMesh, Subsegment, Vertices};
 use crate::mesh::{Carrier, OUTSIDE};

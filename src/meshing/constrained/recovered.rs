@@ -1,0 +1,30 @@
+//! A constrained triangulation with doubles, and the parts of the input that it keeps.
+
+use super::rounding::Rounded;
+use crate::generate::GeneratedMesh;
+use crate::mesh::Carrier;
+use crate::space::Space;
+
+/// An edge of the input that the mesh keeps.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Line {
+    pub(super) ends: [u32; 2],
+    /// The feature that carries it.
+    pub(super) carrier: Carrier,
+}
+
+/// A constrained triangulation, with the parts of the input that it keeps.
+pub(super) struct Recovered<P: Space> {
+    pub(super) mesh: GeneratedMesh<P>,
+    pub(super) rounded: Rounded,
+    /// The number of vertices of the input, which come first.
+    pub(super) given: u32,
+    /// The patch of each face of the mesh.
+    pub(super) patches: Vec<u32>,
+    /// The facet of each patch.
+    pub(super) facets: Vec<u32>,
+    /// The edges of the input.
+    pub(super) lines: Vec<Line>,
+    /// Their parts, ends ascending, with the positions of the lines.
+    pub(super) edges: Vec<([u32; 2], u32)>,
+}
