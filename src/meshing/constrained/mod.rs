@@ -72,10 +72,10 @@ const RECOVERY: &str = "recovery";
 const BOX: usize = 8;
 
 /// The number of times that all patches are recovered again.
-const ATTEMPTS: u32 = 64;
+const ATTEMPTS: u32 = 24;
 
 /// The largest number of points for each vertex and edge of the input.
-const POINTS_PER_EDGE: usize = 16;
+const POINTS_PER_EDGE: usize = 8;
 
 /// A failure of a step: the features that cannot be kept, with the numbers of missing parts.
 type Lost = BTreeMap<Feature, u32>;
