@@ -23,6 +23,9 @@ use crate::space::{Space, ascending};
 /// The largest number of cells that a cavity gains.
 const STEPS: usize = 24;
 
+/// The number of cavities of a cell, the best ones, whose new vertices move. Moves cost most of the time.
+const MOVED: usize = 3;
+
 /// The place of a new vertex.
 struct Seed<P> {
     at: P,
@@ -46,8 +49,26 @@ struct Side {
 /// Returns the best insertion into a cell.
 pub(super) fn insert<P: Space>(mesh: &Editable<P>, rules: &Rules<'_, P>, cell: u32) -> Option<Change<P>> {
     let seeds = seeds(mesh, rules, cell);
-    let changes = seeds.iter().filter_map(|seed| grown(mesh, rules, seed));
+    let grow = |seed| {
+        let (cells, sides) =
+            Cavity { mesh, seed, cells: Vec::new(), sides: Vec::new() }.grow(rules.wanted)?;
+        let worst = sides.iter().map(|s| s.sine).fold(f64::INFINITY, f64::min);
+        keeps(mesh, seed, &cells, &sides).then_some(Grown { seed, cells, sides, worst })
+    };
+    let mut all: Vec<Grown<'_, P>> = seeds.iter().filter_map(grow).collect();
+    // The sort is stable, so ties stay in the order of the seeds.
+    all.sort_by(|a, b| b.worst.total_cmp(&a.worst));
+    let changes = all.into_iter().take(MOVED).filter_map(|grown| moved(mesh, rules, grown));
     changes.reduce(|a, b| if b.grade.sine > a.grade.sine { b } else { a })
+}
+
+/// A cavity that has grown.
+struct Grown<'a, P> {
+    seed: &'a Seed<P>,
+    cells: Vec<u32>,
+    sides: Vec<Side>,
+    /// The least sine of the new cells.
+    worst: f64,
 }
 
 fn seeds<P: Space>(mesh: &Editable<P>, rules: &Rules<'_, P>, cell: u32) -> Vec<Seed<P>> {
@@ -143,12 +164,9 @@ impl<P: Space> Cavity<'_, P> {
     }
 }
 
-fn grown<P: Space>(mesh: &Editable<P>, rules: &Rules<'_, P>, seed: &Seed<P>) -> Option<Change<P>> {
-    let empty = Cavity { mesh, seed, cells: Vec::new(), sides: Vec::new() };
-    let (cells, sides) = empty.grow(rules.wanted)?;
-    if !keeps(mesh, seed, &cells, &sides) {
-        return None;
-    }
+/// Moves the new vertex of a cavity to a better place.
+fn moved<P: Space>(mesh: &Editable<P>, rules: &Rules<'_, P>, grown: Grown<'_, P>) -> Option<Change<P>> {
+    let Grown { seed, cells, sides, .. } = grown;
     let (before, worst) = measured(mesh, &cells);
     let rows = sides.iter().map(|s| (mesh.places(s.row), s.slot)).collect();
     let fan = Fan { cells: rows, ratio: rules.ratio(worst) };

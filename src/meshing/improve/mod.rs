@@ -51,7 +51,7 @@ pub use target::{Improved, Target};
 /// The largest part of the volume that the changes of a remeshed boundary may remove.
 const SHRINKS: f64 = 1e-3;
 
-/// The largest number of bad cells for which changes are searched, in all rounds together, is twice the number at first, and
+/// The largest number of bad cells for which changes are searched, in all rounds together, is four times the number at first, and
 /// this number. It bounds the work if the angles of the input forbid the target.
 const EFFORT: usize = 2000;
 
@@ -85,7 +85,7 @@ fn rounds<P: Space>(rules: &Rules<'_, P>, mesh: &mut Editable<P>, executor: &imp
     let mut bad = mesh.bad(rules.wanted);
     let mut done = Improved { bad: [bad.len() as u64; 2], ..Improved::default() };
     let mut room = SHRINKS * mesh.volume();
-    let mut effort = 2 * bad.len() + EFFORT;
+    let mut effort = 4 * bad.len() + EFFORT;
     while done.sweeps < rules.target.sweeps {
         let failed = |c: &u32| mesh.failed[*c as usize];
         let Some(level) = bad.iter().map(failed).min().filter(|&level| level < LEVELS) else { break };
