@@ -152,6 +152,7 @@ impl MeshArgs {
             excludes("--size none", true, "--boundary remesh", remeshes)?;
         }
         excludes("--keep-surface", mesh.keep_surface, "--boundary remesh", remeshes)?;
+        excludes("--keep-surface", mesh.keep_surface, "--conforming", mesh.conforming)?;
         if let (Some(size), Some(least)) = (mesh.sizes.most, mesh.sizes.least)
             && least > size
         {

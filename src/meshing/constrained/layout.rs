@@ -42,6 +42,19 @@ pub(super) struct Patch {
     pub(super) parts: Vec<u32>,
 }
 
+impl Patch {
+    /// Returns a point and the unit normal of its largest triangle.
+    pub(super) fn plane(&self, points: &[DVec3]) -> [DVec3; 2] {
+        let normals = self.triangles.iter().map(|t| {
+            let [a, b, c] = t.map(|v| points[v as usize]);
+            [a, (b - a).cross(c - a)]
+        });
+        let largest = normals.max_by(|m, n| m[1].length_squared().total_cmp(&n[1].length_squared()));
+        let [at, normal] = largest.unwrap_or_default();
+        [at, normal.normalize_or_zero()]
+    }
+}
+
 /// The elements of a domain that a mesh keeps. Vertices have new numbers, corners first.
 #[derive(Clone, Debug)]
 pub(super) struct Layout {

@@ -262,6 +262,9 @@ impl Recovery<'_> {
             let mut patches = Patches { points, cells: &mut cells, subs, kept: Kept::new(), missing: 0 };
             let mut failed = None;
             for (p, patch) in (0u32..).zip(&layout.patches) {
+                if (self.limit.is_cancelled)() {
+                    return Err(Lost::new());
+                }
                 let on: Vec<&[u32]> = patch.parts.iter().map(|&i| chains[i as usize].as_slice()).collect();
                 let apex = apex(points, patch.triangles[0]);
                 let triangles = planar::triangulate(

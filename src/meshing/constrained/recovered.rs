@@ -1,5 +1,7 @@
 //! A constrained triangulation with doubles, and the parts of the input that it keeps.
 
+use glam::DVec3;
+
 use super::rounding::Rounded;
 use crate::generate::GeneratedMesh;
 use crate::mesh::Carrier;
@@ -23,6 +25,8 @@ pub(super) struct Recovered<P: Space> {
     pub(super) patches: Vec<u32>,
     /// The facet of each patch.
     pub(super) facets: Vec<u32>,
+    /// A point and the unit normal of the plane of each patch, from triangles of the input.
+    pub(super) planes: Vec<[DVec3; 2]>,
     /// The edges of the input.
     pub(super) lines: Vec<Line>,
     /// Their parts, ends ascending, with the positions of the lines.

@@ -138,7 +138,8 @@ impl Recovery<'_> {
         let facets = self.layout.patches.iter().map(|p| p.facet).collect();
         let line = |p: &Part| Line { ends: p.ends.map(short), carrier: p.carrier };
         let lines = self.layout.parts.iter().map(line).collect();
-        Ok(Recovered { lines, mesh, rounded: done, given: given as u32, patches, facets, edges })
+        let planes = self.layout.patches.iter().map(|p| p.plane(&self.layout.points)).collect();
+        Ok(Recovered { planes, lines, mesh, rounded: done, given: given as u32, patches, facets, edges })
     }
 }
 

@@ -88,10 +88,10 @@ fn cone(points: &Points, faces: &[[u32; 3]], v: u32) -> Option<Vec<[u32; 4]>> {
 }
 
 /// The largest number of vertices of a cavity that is searched.
-const WIDEST: usize = 40;
+const WIDEST: usize = 20;
 
 /// The largest number of cells that a search tries.
-const SEARCHED: u32 = 3000;
+const SEARCHED: u32 = 300;
 
 struct Wrapping<'a> {
     points: &'a Points,

@@ -203,6 +203,8 @@ def mesh(
         raise OptionError("strict refuses what weld and repair change: omit it, or them")
     if keep_surface and boundary == "remesh":
         raise OptionError("keep_surface keeps the boundary: omit it, or boundary='remesh'")
+    if keep_surface and conforming:
+        raise OptionError("keep_surface adds no points on the boundary: omit it, or conforming")
     as_it_is = isinstance(size, str)
     if as_it_is:
         others = {"min_size": min_size, "size_field": size_field}

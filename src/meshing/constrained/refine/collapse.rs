@@ -57,6 +57,8 @@ impl Solid {
                 break;
             }
         }
+        // The cells of fans may have vanished.
+        self.find_fans();
         removed
     }
 
@@ -95,6 +97,9 @@ impl Solid {
 
     /// Moves a vertex to another one at an edge, if the cells allow it. Returns whether they do.
     fn merge(&mut self, v: u32, to: u32, anchors: &mut [u32]) -> bool {
+        if anchors[v as usize] == NONE {
+            return false;
+        }
         let star = self.star(v, anchors[v as usize]);
         let (gone, stay): (Vec<u32>, Vec<u32>) = star.iter().partition(|&&c| self.corners(c).contains(&to));
         if gone.is_empty() || !stay.iter().all(|&c| self.is_good_with(c, v, to)) {

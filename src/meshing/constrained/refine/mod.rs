@@ -171,6 +171,9 @@ impl Refiner<'_> {
         let badness = if ratio2 > limit2 && !self.is_forced(&corners) {
             ratio2
         } else {
+            if !shape.centre.is_finite() {
+                return;
+            }
             let size = (self.limits.size)(shape.centre);
             // Cells that are only too large come after all others.
             if shape.radius2 <= size * size {
@@ -260,12 +263,12 @@ impl Refiner<'_> {
         if !centre.is_finite() {
             return None;
         }
-        let to = (self.limits.snapped)(centre);
+        let patch = self.solid.rows[side.cell as usize].walls[side.slot];
+        let to = (self.limits.snapped)(self.solid.on_patch(patch, centre));
         let place = match self.solid.walk_flat(side, to)? {
             FlatWalk::Edge(cell, edge) => return self.divide_edge(cell, edge, apart2),
             FlatWalk::Wall(place) => place,
         };
-        let patch = self.solid.rows[place.cell as usize].walls[place.slot];
         let q = self.solid.push(to, Carrier::Facet(self.solid.facets[patch as usize]), None);
         let cavity = self.solid.cavity(q, Place::Wall(place));
         let own = [Outer { corners: self.solid.face(place), side: place }];
@@ -293,7 +296,8 @@ impl Refiner<'_> {
             [false, true] => 1.0 - shell(length) / length,
             _ => 0.5,
         };
-        let q = self.solid.push((self.limits.snapped)(a + (b - a) * along), carrier, Some(line));
+        let wish = self.solid.on_line(line, a + (b - a) * along);
+        let q = self.solid.push((self.limits.snapped)(wish), carrier, Some(line));
         let cavity = self.solid.cavity(q, Place::Edge(cell, edge));
         self.finish(cavity, q, apart2)
     }

@@ -66,6 +66,8 @@ pub(super) struct Solid {
     pub(super) fans: BTreeMap<[u32; 2], Vec<u32>>,
     /// The facet of each patch.
     pub(super) facets: Vec<u32>,
+    /// A point and the unit normal of the plane of each patch.
+    pub(super) planes: Vec<[DVec3; 2]>,
     /// The last cavity that contains each cell.
     pub(super) inside: Vec<u32>,
     /// The last cavity for which each cell was examined.
@@ -119,6 +121,7 @@ impl Solid {
             kept: made.edges.iter().copied().collect(),
             fans: BTreeMap::new(),
             facets: made.facets.clone(),
+            planes: made.planes.clone(),
             inside: vec![0; count],
             seen: vec![0; count],
             epoch: 0,
@@ -144,7 +147,8 @@ impl Solid {
     }
 
     /// Finds the kept edges with several fans of cells.
-    fn find_fans(&mut self) {
+    pub(super) fn find_fans(&mut self) {
+        self.fans.clear();
         let mut at: BTreeMap<[u32; 2], Vec<u32>> = BTreeMap::new();
         for (cell, row) in (0u32..).zip(&self.rows) {
             for edge in edges(&row.corners).into_iter().filter(|e| self.kept.contains_key(e)) {
@@ -203,7 +207,7 @@ impl Solid {
     pub(super) fn around(&self, cell: u32, edge: [u32; 2]) -> Vec<u32> {
         let mut found = self.fan(cell, edge);
         for &other in self.fans.get(&ascending(edge)).into_iter().flatten() {
-            if !found.contains(&other) {
+            if !found.contains(&other) && edge.iter().all(|v| self.corners(other).contains(v)) {
                 found.extend(self.fan(other, edge));
             }
         }
@@ -244,6 +248,19 @@ impl Solid {
     /// Returns whether kept edges meet at less than 60 degrees at each vertex.
     pub(super) fn acute_ends(&self) -> Vec<bool> {
         acute(&self.at, self.kept.keys().copied())
+    }
+
+    /// Returns the point on the line of a kept edge, from its ends in the input, that is nearest to a point. Points that
+    /// were rounded before do not move it away from the line.
+    pub(super) fn on_line(&self, line: u32, p: DVec3) -> DVec3 {
+        let [a, b] = self.points(self.lines[line as usize].ends);
+        a + (b - a) * ((p - a).dot(b - a) / a.distance_squared(b))
+    }
+
+    /// Returns the point in the plane of a patch that is nearest to a point.
+    pub(super) fn on_patch(&self, patch: u32, p: DVec3) -> DVec3 {
+        let [at, normal] = self.planes[patch as usize];
+        p - normal * normal.dot(p - at)
     }
 
     /// Adds a vertex, which no cell has yet.
