@@ -45,7 +45,7 @@ fn meshes(directory: &Path) {
         ("two-regions.poly", "--size 0.36 --no-improve --workers 5", "space-mesh.json"),
         ("map.poly", "--size 0.3 --workers 4", "plane-mesh.json"),
     ] {
-        good(directory, &format!("mesh {} {options} --json {json}", domain(name).display()));
+        good(directory, &format!("mesh {} --conforming {options} --json {json}", domain(name).display()));
     }
 }
 
@@ -98,7 +98,10 @@ fn reports_of_meshes_without_a_picture_say_so() {
 fn reports_of_meshes_are_refused_by_field() {
     let place = tempfile::tempdir().unwrap();
     let cube = Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/domains/good/cube.poly");
-    good(place.path(), &format!("mesh {} --size 2 --no-improve --json mesh.json", cube.display()));
+    good(
+        place.path(),
+        &format!("mesh {} --size 2 --conforming --no-improve --json mesh.json", cube.display()),
+    );
     let whole: serde_json::Value =
         serde_json::from_str(&fs::read_to_string(place.path().join("mesh.json")).unwrap()).unwrap();
     good(place.path(), "report mesh.json -o mesh.html");

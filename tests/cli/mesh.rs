@@ -277,7 +277,7 @@ fn files_of_meshes_do_not_depend_on_the_machine() {
     place.file("a.poly", fs::read(root("domains/good/dangling.poly")).unwrap());
     let made = |name: &str, options: &str| {
         place.good(&format!(
-            "mesh a.poly -o {name}.1.ele -o {name}.vtu -o {name}.msh -o {name}.stl -o {name}.exo {options}"
+            "mesh a.poly --conforming -o {name}.1.ele -o {name}.vtu -o {name}.msh -o {name}.stl -o {name}.exo {options}"
         ));
         let files = ["1.node", "1.ele", "1.face", "1.edge", "1.neigh", "vtu", "exo", "msh", "stl"];
         files.map(|f| fs::read(place.path(&format!("{name}.{f}"))).unwrap())

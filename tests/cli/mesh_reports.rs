@@ -69,8 +69,10 @@ fn pictures_of_meshes_say_what_the_mesh_is() {
     let place = Place::new();
     let domain = root("domains/good/two-regions.poly");
     let report = |workers: u32| {
-        let line =
-            format!("mesh {} --size 0.36 --no-improve --workers {workers} --json r.json", domain.display());
+        let line = format!(
+            "mesh {} --size 0.36 --conforming --no-improve --workers {workers} --json r.json",
+            domain.display()
+        );
         place.good(&line);
         place.json("r.json")
     };
@@ -113,7 +115,7 @@ fn pictures_of_meshes_say_what_the_mesh_is() {
 fn tables_of_meshing_are_those_of_the_report() {
     let place = Place::new();
     place.file("cube.poly", fs::read(root("domains/good/cube.poly")).unwrap());
-    place.good("mesh cube.poly --size 0.7 --workers 3 --improve --profile=p.csv --json r.json");
+    place.good("mesh cube.poly --size 0.7 --conforming --workers 3 --improve --profile=p.csv --json r.json");
     let report = place.json("r.json");
     let table = |name: &str| -> Vec<Vec<String>> {
         let text = fs::read_to_string(place.path(&format!("p.{name}.csv"))).unwrap();
@@ -162,7 +164,7 @@ fn tables_of_meshing_are_those_of_the_report() {
 fn traces_of_meshing_name_its_stages() {
     let place = Place::new();
     place.file("cube.poly", fs::read(root("domains/good/cube.poly")).unwrap());
-    place.good("mesh cube.poly --size 0.7 --workers 3 --trace t.json --json r.json");
+    place.good("mesh cube.poly --size 0.7 --conforming --workers 3 --trace t.json --json r.json");
     let (trace, report) = (place.json("t.json"), place.json("r.json"));
     let rows = trace["traceEvents"].as_array().unwrap();
     let count = |kind: &str| rows.iter().filter(|r| r["ph"] == kind).count() as u64;
