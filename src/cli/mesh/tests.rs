@@ -121,6 +121,7 @@ fn lattice(domain: &Domain<DVec3>) -> Mesh<DVec3> {
 
 fn request() -> MeshSpec {
     MeshSpec::default().with(|mesh| {
+        mesh.conforming = true;
         mesh.sizes.most = Some(0.5);
         let m = &mut mesh.run.machine;
         (m.workers, m.threads) = (Workers::Count(2), Some(1));
