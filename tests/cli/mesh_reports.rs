@@ -157,7 +157,7 @@ fn tables_of_meshing_are_those_of_the_report() {
         assert!(text.contains(words), "{text}");
     }
     let talk = stderr(&place.good("mesh cube.poly --size 2 --profile"));
-    assert!(talk.contains("Stages: modelled | measured") && talk.contains("\nvolume "), "{talk}");
+    assert!(talk.contains("Stages: modelled | measured") && talk.contains("\nrefinement "), "{talk}");
 }
 
 #[test]
