@@ -7,7 +7,7 @@
 //! with a fixed number of decimals have the same step, because their largest coordinates have the most digits.
 //!
 //! Numbers in binary have the step of their last bit. All coordinates of a file in single precision are numbers of
-//! single precision, and some need more digits than a text has. Numbers in double precision need [`FULL`] digits or more.
+//! single precision, and some need more digits than a text has. Numbers in double precision need `FULL` digits or more.
 //!
 //! A text with few digits is exact rather than rounded: coordinates 0 and 1 do not mean that the file has a step of 1.
 //! So each use of a step has a limit, relative to the extent.

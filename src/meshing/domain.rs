@@ -152,7 +152,7 @@ impl<P: Space> Domain<P> {
         domain
     }
 
-    /// Returns all points, scaled by the power of two of [`Simplices::exponent`].
+    /// Returns all points, scaled by the power of two of [`Simplices::frame`].
     pub fn points(&self) -> &[P] {
         &self.simplices.points
     }

@@ -1,7 +1,7 @@
 //! The frame of a domain: the translation and the power of two between the file and the generator.
 //!
 //! **Statement.** Coordinates of the domain are `(x - c) 2^e`. The centre c is 0 on an axis unless every coordinate there
-//! is at least [`FAR`] times the largest extent of the points. Then
+//! is at least `FAR` times the largest extent of the points. Then
 //! 1. (in) `x - c` is exact for every point of the domain;
 //! 2. (out) every *snapped* point p is written as the double `fl(p + c)`, and `fl(p + c) - c` equals p exactly. The
 //!    mesh in memory therefore has the coordinates of the mesh in the file, and signs that are exact in the frame are

@@ -2,8 +2,8 @@
 //!
 //! **Statement.** A *flat* is a set of facets, connected across segments without a marker that have exactly these two
 //! facets, with one marker. All its vertices lie in the plane of its largest facet, up to
-//! `t (1 + |v - m| / h)`, where m is the middle of the largest triangle, h its least height, and t is [`STEPS`] steps of
-//! the file ([`crate::digits`]). The facets do not turn by more than [`TURN`] at a segment. A *line* is a chain of
+//! `t (1 + |v - m| / h)`, where m is the middle of the largest triangle, h its least height, and t is `STEPS` steps of
+//! the file ([`crate::digits`]). The facets do not turn by more than `TURN` at a segment. A *line* is a chain of
 //! segments on the boundaries of the same flats, with a corresponding rule.
 //!
 //! A segment between two facets of one flat is *inner*. A corner is a *joint* if it has segments, but all of them are

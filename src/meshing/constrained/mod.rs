@@ -4,17 +4,17 @@
 //! vertices are those of the input, and points on edges of the input where an edge cannot be kept otherwise. Its steps
 //! are
 //! 1. the Delaunay triangulation of the vertices and of the corners of a box around them, by the [`MeshMachine`];
-//! 2. [`segments`]: edges of the input that are missing are recovered by exchanges of cells, or divided at exact points
+//! 2. `segments`: edges of the input that are missing are recovered by exchanges of cells, or divided at exact points
 //!    on them;
-//! 3. [`facets`]: cells that a missing triangle of a facet crosses are replaced ([`wrap`]);
+//! 3. `facets`: cells that a missing triangle of a facet crosses are replaced (`wrap`);
 //! 4. the components of cells, by the sides of the walls ([`crate::sides`]);
-//! 5. [`rounding`]: points become doubles, and no cell becomes flat or inverted;
-//! 6. points on edges are removed where the cells allow it ([`refine`]), because the order of the steps before may have
+//! 5. `rounding`: points become doubles, and no cell becomes flat or inverted;
+//! 6. points on edges are removed where the cells allow it (`refine`), because the order of the steps before may have
 //!    added more than are needed. Refinement follows if it is requested.
 //!
 //! *Why it exists.* Without exchanges, all edges of the input consist of edges of the perturbed Delaunay triangulation
 //! after step 2. Then the constrained triangulation exists without further points (Shewchuk 2008). Steps 1 to 4 use
-//! exact signs of exact points ([`points`]), so no case is degenerate except for ties, which the perturbation of the
+//! exact signs of exact points (`points`), so no case is degenerate except for ties, which the perturbation of the
 //! geometry crate breaks. Only step 5 can fail, and then names the features of its cells.
 //!
 //! *Why points are exact until the end.* A mesh may have doubles near a facet: to lie on it is a property of carriers,

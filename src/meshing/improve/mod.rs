@@ -2,9 +2,9 @@
 //!
 //! **Statement.** The quality of a cell is the smallest sine of its angles (in space: dihedral angles). While there are
 //! cells below a target, the algorithm changes few cells at a time:
-//! 1. it removes edges and flips faces, also in facets, and peels cells at a remeshed boundary ([`flips`]);
-//! 2. it moves vertices, also in facets, on segments and on a remeshed surface ([`moves`]);
-//! 3. where nothing else helps, it inserts vertices ([`insert`]) or merges them ([`merge`]).
+//! 1. it removes edges and flips faces, also in facets, and peels cells at a remeshed boundary (`flips`);
+//! 2. it moves vertices, also in facets, on segments and on a remeshed surface (`moves`);
+//! 3. where nothing else helps, it inserts vertices (`insert`) or merges them (`merge`).
 //!
 //! In the plane, vertices move, and nothing else happens.
 //! - *The least angle never decreases.* A change is applied only if the least sine of its new cells is above that of

@@ -42,7 +42,7 @@ pub fn as_it_is<M: MeshMachine<DVec2>>(
 }
 
 /// Returns the triangulation of a domain, refined to a least angle in degrees and to the sizes of the rules. Also returns
-/// the operations of its sequential part. See [`super::refine`] for the angles that it guarantees.
+/// the operations of its sequential part. See `refine` for the angles that it guarantees.
 ///
 /// # Errors
 /// Returns the errors of [`as_it_is`], or [`GenerationError::TooMany`].
