@@ -56,6 +56,8 @@ pub mod points;
 
 pub mod generate;
 
+mod worst;
+
 pub mod constrained;
 pub mod plane;
 

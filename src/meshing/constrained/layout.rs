@@ -80,7 +80,7 @@ impl Layout {
         let groups = Groups::new(domain, &live);
         let mut kept: BTreeMap<[u32; 2], Carrier> =
             segment_of.iter().map(|(&edge, &s)| (edge, Carrier::Segment(s))).collect();
-        for (edge, walls) in groups.borders(domain) {
+        for (edge, walls) in groups.borders() {
             kept.entry(edge).or_insert(Carrier::Facet(facet_of[&walls[0]]));
         }
         let mut patches: Vec<Patch> = Vec::new();
@@ -165,7 +165,7 @@ impl Groups {
     }
 
     /// Returns the edges that are not between two walls of one patch.
-    fn borders<P: Space>(&self, _domain: &Domain<P>) -> impl Iterator<Item = ([u32; 2], &[u32])> {
+    fn borders(&self) -> impl Iterator<Item = ([u32; 2], &[u32])> {
         let inner = |walls: &[u32]| matches!(walls, [a, b] if self.of[a] == self.of[b]);
         self.edges
             .iter()

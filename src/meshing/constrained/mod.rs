@@ -54,7 +54,6 @@ use septet_geometry::predicates::Sign;
 use crate::bvh::Bounds;
 use crate::domain::{Domain, Feature};
 use crate::generate::{GeneratedMesh, GenerationError, MeshMachine, Missing, Rules, StageCounts};
-use crate::mesh::Carrier;
 use crate::space::Space;
 
 use cells::Cells;
@@ -62,7 +61,7 @@ use facets::{Kept, Patches};
 use layout::Layout;
 use points::Points;
 use recovered::Recovered;
-use refine::{Limits, Stop, collapsed, refine};
+use refine::{Limits, Stopped, collapsed, refine};
 use segments::{Limit, Subsegments};
 
 /// The name of the stage that recovers edges and facets.
@@ -146,7 +145,7 @@ fn recover<P: Space, M: MeshMachine<P>>(
         let stage =
             |name, candidates, points| StageCounts { name, candidates, points, ..StageCounts::default() };
         let recovered = stage(RECOVERY, missing, recovery.added());
-        let rounded = stage("rounding", made.rounded.bad, 0);
+        let rounded = stage("rounding", made.rounded, 0);
         made.mesh.stages = vec![first, recovered, rounded];
         Ok(made)
     };
@@ -184,15 +183,10 @@ pub fn constrain_and_refine<P: Space, M: MeshMachine<P>>(
         most: rules.most,
         is_cancelled: &is_cancelled,
     };
-    let (mut mesh, done) = match refine(&made, &limits) {
-        Ok(refined) => refined,
-        Err(Stop::TooMany) => return Err(GenerationError::TooMany(rules.most)),
-        Err(Stop::Cancelled) => {
-            return Err(machine
-                .cancelled()
-                .map_or(GenerationError::TooMany(rules.most), GenerationError::Machine));
-        }
+    let stopped = |_: Stopped| {
+        machine.cancelled().map_or(GenerationError::TooMany(rules.most), GenerationError::Machine)
     };
+    let (mut mesh, done) = refine(&made, &limits).map_err(stopped)?;
     mesh.stages = recovered_stages(made.mesh.stages, done.removed);
     mesh.stages.push(StageCounts {
         name: "refinement",
@@ -243,7 +237,7 @@ impl Recovery<'_> {
     }
 
     fn lost(&self, part: u32) -> Lost {
-        feature(self.layout.parts[part as usize].carrier).map(|f| (f, 1)).into_iter().collect()
+        self.layout.parts[part as usize].carrier.feature().map(|f| (f, 1)).into_iter().collect()
     }
 
     fn segments(&mut self) -> Result<(), Lost> {
@@ -253,7 +247,6 @@ impl Recovery<'_> {
 
     /// Recovers all patches. Returns their faces, and the number of triangles that were missing.
     fn facets(&mut self, exchanges: bool) -> Result<(Kept, u64), Lost> {
-        let attempts = ATTEMPTS;
         let mut attempt = 0;
         loop {
             let chains = self.subs.chains(self.layout.parts.len());
@@ -287,7 +280,7 @@ impl Recovery<'_> {
             attempt += 1;
             let lost: Lost = [(Feature::Facet(patch.facet), 1)].into();
             let longest =
-                self.longest(patch, &region, &chains).filter(|_| attempt <= attempts).ok_or(lost)?;
+                self.longest(patch, &region, &chains).filter(|_| attempt <= ATTEMPTS).ok_or(lost)?;
             let Recovery { layout, points, cells, subs, limit } = self;
             let halved = subs.halve((points, cells), &layout.parts, longest, *limit);
             halved.map_err(|part| self.lost(part))?;
@@ -312,9 +305,4 @@ fn apex(points: &Points, [a, b, c]: [u32; 3]) -> u32 {
     let first = (points.given() - BOX) as u32;
     let outside = |v: &u32| points.orientation([a, b, c, *v]) != Sign::Zero;
     (first..points.given() as u32).find(outside).unwrap_or(first)
-}
-
-/// Returns the feature that carries a part.
-fn feature(carrier: Carrier) -> Option<Feature> {
-    carrier.feature()
 }

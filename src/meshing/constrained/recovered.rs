@@ -2,7 +2,6 @@
 
 use glam::DVec3;
 
-use super::rounding::Rounded;
 use crate::generate::GeneratedMesh;
 use crate::mesh::Carrier;
 use crate::space::Space;
@@ -18,7 +17,8 @@ pub(super) struct Line {
 /// A constrained triangulation, with the parts of the input that it keeps.
 pub(super) struct Recovered<P: Space> {
     pub(super) mesh: GeneratedMesh<P>,
-    pub(super) rounded: Rounded,
+    /// The number of cells that rounding would have made flat or inverted.
+    pub(super) rounded: u64,
     /// The number of vertices of the input, which come first.
     pub(super) given: u32,
     /// The patch of each face of the mesh.

@@ -134,7 +134,6 @@ impl Recovery<'_> {
             subsegments,
             stages: Vec::new(),
         };
-        debug_assert_eq!(space(mesh.vertices.points[0]).to_array().len(), P::DIM);
         let facets = self.layout.patches.iter().map(|p| p.facet).collect();
         let line = |p: &Part| Line { ends: p.ends.map(short), carrier: p.carrier };
         let lines = self.layout.parts.iter().map(line).collect();

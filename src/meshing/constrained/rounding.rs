@@ -30,16 +30,8 @@ pub(super) struct OnPart {
     pub(super) between: [u32; 2],
 }
 
-/// The result of rounding.
-#[derive(Clone, Copy, Debug, Default)]
-pub(super) struct Rounded {
-    /// The number of cells that rounding would have made flat or inverted.
-    pub(super) bad: u64,
-    /// The number of points that moved.
-    pub(super) moved: u64,
-}
-
 /// Moves points until all cells are positive. All points are moved to places that can be written (`snapped`) first.
+/// Returns the number of cells that rounding would have made flat or inverted.
 ///
 /// # Errors
 /// Returns the cells that are not positive.
@@ -48,15 +40,15 @@ pub(super) fn settle(
     movable: &[OnPart],
     cells: &[[u32; 4]],
     snapped: impl Fn(DVec3) -> DVec3,
-) -> Result<Rounded, Vec<[u32; 4]>> {
+) -> Result<u64, Vec<[u32; 4]>> {
     let bad = |at: &[DVec3]| cells.iter().copied().filter(|c| !is_good(at, c)).collect::<Vec<_>>();
     for point in movable {
         at[point.vertex as usize] = snapped(at[point.vertex as usize]);
     }
     let mut open = bad(at);
-    let mut done = Rounded { bad: open.len() as u64, moved: 0 };
+    let first = open.len() as u64;
     if open.is_empty() {
-        return Ok(done);
+        return Ok(first);
     }
     let mut star: Vec<Vec<u32>> = vec![Vec::new(); at.len()];
     for (i, cell) in (0u32..).zip(cells) {
@@ -69,18 +61,17 @@ pub(super) fn settle(
         let mut touched: Vec<u32> = open.as_flattened().to_vec();
         touched.sort_unstable();
         touched.dedup();
-        let mut moved = 0;
+        let mut has_moved = false;
         for point in movable.iter().filter(|p| touched.binary_search(&p.vertex).is_ok()) {
             let around = star[point.vertex as usize].iter().map(|&c| cells[c as usize]);
             let wishes = places(at, point, largest).map(&snapped);
-            moved += u64::from(shift(at, point.vertex, &around.collect::<Vec<_>>(), wishes));
+            has_moved |= shift(at, point.vertex, &around.collect::<Vec<_>>(), wishes);
         }
-        done.moved += moved;
         open = bad(at);
         if open.is_empty() {
-            return Ok(done);
+            return Ok(first);
         }
-        if moved == 0 {
+        if !has_moved {
             break;
         }
     }

@@ -25,7 +25,6 @@
 //!
 //! **Work and depth.** Sequential. `O(n log n)` plus the cells that each point replaces.
 
-use std::cmp::Ordering;
 use std::collections::{BTreeMap, BinaryHeap, VecDeque};
 
 use glam::DVec2;
@@ -39,29 +38,7 @@ use crate::domain::Domain;
 use crate::generate::{GenerationError, Rules};
 use crate::mesh::Carrier;
 use crate::space::ascending;
-
-/// A cell that is not good enough. Cells compare by their angle, and then by their corners.
-#[derive(Clone, Copy, Debug, PartialEq)]
-struct Bad {
-    /// The square of the cosine of the least angle, or a negative number for a cell that is only too large.
-    badness: f64,
-    corners: [u32; 3],
-    cell: u32,
-}
-
-impl Eq for Bad {}
-
-impl PartialOrd for Bad {
-    fn partial_cmp(&self, other: &Self) -> Option<Ordering> {
-        Some(self.cmp(other))
-    }
-}
-
-impl Ord for Bad {
-    fn cmp(&self, other: &Self) -> Ordering {
-        self.badness.total_cmp(&other.badness).then_with(|| other.corners.cmp(&self.corners))
-    }
-}
+use crate::worst::Bad;
 
 /// The state of refinement.
 pub(super) struct Refiner<'a> {
@@ -80,7 +57,7 @@ pub(super) struct Refiner<'a> {
     off_centre: f64,
     /// The shortest distance between two points that refinement makes.
     least: f64,
-    bad: BinaryHeap<Bad>,
+    bad: BinaryHeap<Bad<3>>,
     /// Subsegments to divide, and whether a point that was not inserted encroaches them.
     due: VecDeque<([u32; 2], bool)>,
 }

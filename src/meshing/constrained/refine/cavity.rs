@@ -19,8 +19,8 @@
 use glam::DVec3;
 use septet_geometry::predicates::{Sign, in_sphere, orientation};
 
-use super::solid::{FREE, Outer, Row, Side, Solid, edges};
-use crate::constrained::cells::{NONE, key};
+use super::solid::{FREE, Outer, Row, Side, Solid};
+use crate::constrained::cells::{NONE, edges_of, key};
 use crate::space::ascending;
 
 /// The least volume of a new cell, relative to a cube over its longest edge. Flatter cells are not made.
@@ -248,7 +248,7 @@ impl Solid {
         let loses = |cell: &u32| {
             let row = self.corners(*cell);
             row.iter().any(|v| vertices.binary_search(v).is_err())
-                || edges(row).into_iter().any(|e| self.is_kept(e) && Some(e) != cavity.divided && !has(e))
+                || edges_of(row).into_iter().any(|e| self.is_kept(e) && Some(e) != cavity.divided && !has(e))
         };
         cavity.cells.iter().copied().filter(loses).collect()
     }

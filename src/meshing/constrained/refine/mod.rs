@@ -32,16 +32,18 @@ mod walk;
 use std::collections::BinaryHeap;
 
 use glam::DVec3;
+use septet_geometry::measure::circumcircle;
 
-use super::cells::NONE;
+use super::cells::{NONE, edges_of};
 use super::recovered::Recovered;
 use super::segments::shell;
 use crate::generate::GeneratedMesh;
 use crate::mesh::Carrier;
 use crate::space::{Space, ascending};
+use crate::worst::Bad;
 
 use cavity::{Cavity, Place};
-use shape::{Bad, Shape, in_smallest_ball};
+use shape::{Shape, in_smallest_ball};
 use solid::{Outer, Side, Solid};
 use walk::{FlatWalk, Walk};
 
@@ -81,14 +83,9 @@ pub(super) struct Refined {
     pub(super) visits: u64,
 }
 
-/// The reason to stop early.
+/// Refinement stopped early: the limit of vertices is reached, or the caller has cancelled.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(super) enum Stop {
-    /// The limit of vertices is reached.
-    TooMany,
-    /// The caller has cancelled.
-    Cancelled,
-}
+pub(super) struct Stopped;
 
 /// The number of bad cells after which the caller is asked whether to go on.
 const PATIENCE: u64 = 256;
@@ -103,11 +100,11 @@ pub(super) fn collapsed<P: Space>(made: &Recovered<P>) -> (GeneratedMesh<P>, u64
 /// Refines a constrained triangulation.
 ///
 /// # Errors
-/// Returns the reason to stop early.
+/// Returns [`Stopped`] at the limit of vertices, or if the caller has cancelled.
 pub(super) fn refine<P: Space>(
     made: &Recovered<P>,
     limits: &Limits<'_>,
-) -> Result<(GeneratedMesh<P>, Refined), Stop> {
+) -> Result<(GeneratedMesh<P>, Refined), Stopped> {
     let mut solid = Solid::new(made);
     let removed = solid.collapse(made.given);
     let acute = solid.acute_ends();
@@ -132,22 +129,20 @@ struct Refiner<'a> {
     limits: &'a Limits<'a>,
     /// Whether kept edges meet at less than 60 degrees at each vertex of the first cells.
     acute: Vec<bool>,
-    heap: BinaryHeap<Bad>,
+    heap: BinaryHeap<Bad<4>>,
     done: Refined,
 }
 
 impl Refiner<'_> {
-    fn run(&mut self) -> Result<(), Stop> {
+    fn run(&mut self) -> Result<(), Stopped> {
         while let Some(bad) = self.heap.pop() {
             if self.solid.rows.get(bad.cell as usize).is_none_or(|row| row.corners != bad.corners) {
                 continue;
             }
             self.done.bad += 1;
-            if self.done.bad.is_multiple_of(PATIENCE) && (self.limits.is_cancelled)() {
-                return Err(Stop::Cancelled);
-            }
-            if self.solid.at.len() as u64 >= self.limits.most {
-                return Err(Stop::TooMany);
+            let is_cancelled = self.done.bad.is_multiple_of(PATIENCE) && (self.limits.is_cancelled)();
+            if is_cancelled || self.solid.at.len() as u64 >= self.limits.most {
+                return Err(Stopped);
             }
             if self.attempt(bad.cell).is_some() {
                 self.done.points += 1;
@@ -190,7 +185,7 @@ impl Refiner<'_> {
             let [a, b] = self.solid.points(*e);
             a.distance_squared(b)
         };
-        let Some([u, v]) = solid::edges(corners).into_iter().min_by(|a, b| length(a).total_cmp(&length(b)))
+        let Some([u, v]) = edges_of(corners).into_iter().min_by(|a, b| length(a).total_cmp(&length(b)))
         else {
             return false;
         };
@@ -259,7 +254,7 @@ impl Refiner<'_> {
             return None;
         }
         let triangle = self.solid.points(self.solid.face(side));
-        let (centre, _) = septet_geometry::measure::circumcircle(triangle);
+        let (centre, _) = circumcircle(triangle);
         if !centre.is_finite() {
             return None;
         }
@@ -338,7 +333,7 @@ impl Refiner<'_> {
             if !self.solid.is_wall(face.side) {
                 continue;
             }
-            let (centre, radius2) = septet_geometry::measure::circumcircle(self.solid.points(face.corners));
+            let (centre, radius2) = circumcircle(self.solid.points(face.corners));
             let depth = centre.distance_squared(p) / radius2;
             if depth < 1.0 && best.is_none_or(|(least, _)| depth < least) {
                 best = Some((depth, face.side));

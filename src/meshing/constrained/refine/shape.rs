@@ -1,32 +1,7 @@
-//! The shapes of cells, and the order in which bad ones are refined.
-
-use std::cmp::Ordering;
+//! The shapes of cells, and the balls of edges.
 
 use glam::DVec3;
 use septet_geometry::measure::{circumcentre, shortest_edge2};
-
-/// A cell that is not good enough. Cells compare by badness, and then by their corners.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub(super) struct Bad {
-    /// The square of the ratio of circumradius and shortest edge, or a negative number for a cell that is only too large.
-    pub(super) badness: f64,
-    pub(super) corners: [u32; 4],
-    pub(super) cell: u32,
-}
-
-impl Eq for Bad {}
-
-impl PartialOrd for Bad {
-    fn partial_cmp(&self, other: &Self) -> Option<Ordering> {
-        Some(self.cmp(other))
-    }
-}
-
-impl Ord for Bad {
-    fn cmp(&self, other: &Self) -> Ordering {
-        self.badness.total_cmp(&other.badness).then_with(|| other.corners.cmp(&self.corners))
-    }
-}
 
 /// The measures of a cell.
 pub(super) struct Shape {

@@ -11,7 +11,7 @@ use std::collections::BTreeMap;
 use glam::DVec3;
 use septet_geometry::point::Simplex;
 
-use crate::constrained::cells::{NONE, face_of, key};
+use crate::constrained::cells::{NONE, edges_of, face_of, key};
 use crate::constrained::layout::space;
 use crate::constrained::recovered::{Line, Recovered};
 use crate::constrained::segments::acute;
@@ -151,7 +151,7 @@ impl Solid {
         self.fans.clear();
         let mut at: BTreeMap<[u32; 2], Vec<u32>> = BTreeMap::new();
         for (cell, row) in (0u32..).zip(&self.rows) {
-            for edge in edges(&row.corners).into_iter().filter(|e| self.kept.contains_key(e)) {
+            for edge in edges_of(&row.corners).into_iter().filter(|e| self.kept.contains_key(e)) {
                 at.entry(edge).or_default().push(cell);
             }
         }
@@ -284,7 +284,7 @@ impl Solid {
     fn shortest_edges(&self) -> Vec<f64> {
         let mut least = vec![f64::INFINITY; self.at.len()];
         for row in self.rows.iter().filter(|row| row.corners[0] != NONE) {
-            for [a, b] in edges(&row.corners) {
+            for [a, b] in edges_of(&row.corners) {
                 let length2 = self.at[a as usize].distance_squared(self.at[b as usize]);
                 for v in [a, b] {
                     least[v as usize] = least[v as usize].min(length2);
@@ -344,11 +344,6 @@ impl Solid {
             stages: Vec::new(),
         }
     }
-}
-
-/// Returns the edges of a cell, ends ascending.
-pub(super) fn edges(c: &[u32; 4]) -> [[u32; 2]; 6] {
-    [(0, 1), (0, 2), (0, 3), (1, 2), (1, 3), (2, 3)].map(|(i, j)| ascending([c[i], c[j]]))
 }
 
 fn simplex<S: Simplex>(vertices: &[u32]) -> S {
