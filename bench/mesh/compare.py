@@ -89,7 +89,7 @@ def mesh(program, domain, size, args):
     if program.startswith("septet"):
         out = WORK / "septet.ele"
         command = [args.binary, "mesh", poly, "-o", out, "--size", repr(size), "--workers", 2, "--threads", 2]
-        command += ["--radius-edge", 2, "--json", "-"] + ([] if program.endswith("improve") else ["--no-improve"])
+        command += ["--conforming", "--radius-edge", 2, "--json", "-"] + ([] if program.endswith("improve") else ["--no-improve"])
         printed, wall, peak = run(command, args.limit)
         return *tables(WORK / "septet"), json.loads(printed)["seconds"]["mesh_seconds"], wall, peak
     if program == "tetgen":

@@ -1,4 +1,4 @@
-//! Which facets and segments are joined for the sizes. [`crate::joining`] finds them.
+//! The facets and segments that are joined for the sizes. [`crate::joining`] finds them.
 
 /// The flats and lines of a domain.
 #[derive(Clone, Debug, Default, PartialEq)]

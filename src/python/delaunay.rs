@@ -22,7 +22,7 @@ use crate::watch::Watch;
 pub struct Core {
     pub(crate) made: Triangulated,
     pub(crate) width: Width,
-    /// What the caller asked for, without the flag and the callback.
+    /// The request of the caller, without the flag and the callback.
     spec: Spec,
     /// The report of its run as JSON, for one that was loaded from a pickle.
     stats: Option<String>,

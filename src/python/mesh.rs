@@ -375,7 +375,7 @@ fn patches((vertices, of, markers): &Edges<'_>) -> PyResult<Patches> {
 }
 
 impl Meshed {
-    /// Returns what is wrong with the contents of a pickle.
+    /// Returns the fault of the contents of a pickle, or `None`.
     fn fault(&self) -> Option<&'static str> {
         let Meshed { dimension: d, points, cells, labels, quality, .. } = self;
         let Labels { regions, attributes, faces, sides, edges, point_markers, sizes, carriers } = labels;

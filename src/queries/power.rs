@@ -81,7 +81,7 @@ struct Axis {
     high: f64,
 }
 
-/// Returns the area or volume of the power cell of each site in a region, and 0 for a site that is no vertex. `run` is the
+/// Returns the area or volume of the power cell of each site in a region, and 0 for a site that is not a vertex. `run` is the
 /// triangulation of `sites`. Sites of equal weights have the volumes of their Voronoi cells.
 ///
 /// # Errors
@@ -120,7 +120,7 @@ pub struct Polytope<P> {
     pub faces: Vec<Vec<u32>>,
 }
 
-/// Returns the power cell of each site in a region, without corners for a site that is no vertex. In a periodic box, a cell lies
+/// Returns the power cell of each site in a region, without corners for a site that is not a vertex. In a periodic box, a cell lies
 /// around its site, and not around an image.
 ///
 /// # Errors

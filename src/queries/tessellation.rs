@@ -52,7 +52,7 @@ impl<P: Dimension> Tessellation<P> {
         Self::regular(points, run)
     }
 
-    /// Takes the regular triangulation of points with weights from the run that made it. Points that weights hide are no vertices.
+    /// Takes the regular triangulation of points with weights from the run that made it. Points that weights hide are not vertices.
     ///
     /// Cells, neighbours, hull, edges, volumes, location, barycentric coordinates, gradients and linear weights have their
     /// meaning. Nearest vertices, natural neighbours, alpha complexes and Voronoi cells do not: they are those of Delaunay

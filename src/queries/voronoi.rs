@@ -128,7 +128,7 @@ impl<P: Dimension> Tessellation<P> {
     }
 
     /// Returns the Voronoi vertices of the cell of each point, as numbers of cells, ascending. The row of an unbounded cell starts
-    /// with [`NONE`]. The row of a point that is no vertex is empty.
+    /// with [`NONE`]. The row of a point that is not a vertex is empty.
     ///
     /// # Errors
     /// Fails if the points do not span the space.

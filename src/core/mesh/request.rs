@@ -193,7 +193,7 @@ impl MeshSpec {
         self.as_it_is || self.is_refined(domain)
     }
 
-    /// Returns what refinement shall reach: the largest radius-edge ratio, but at most that of an angle of 20 degrees in
+    /// Returns what refinement must reach: the largest radius-edge ratio, but at most that of an angle of 20 degrees in
     /// the plane.
     pub fn wish(&self) -> Wish {
         let ratio = self.radius_edge().min(0.5 / LEAST_ANGLE.to_radians().sin());

@@ -25,9 +25,9 @@
 //! **Source.** Si (2015), Diazzi, Panozzo, Vaxman and Attene (2023), Shewchuk (2008).
 //!
 //! **Departures.** The first attempt exchanges cells, so that few points are added. Its cells are Delaunay except near
-//! nearly cospherical points, and the theorem does not apply. If it fails, the second attempt has no exchanges. If a
-//! patch cannot be recovered although the theorem says that it can, its longest subsegment is halved, and all patches are
-//! recovered again.
+//! nearly cospherical points, and the theorem does not apply. If it fails, the second attempt has no exchanges. If a patch
+//! cannot be recovered, a subsegment at its missing triangles is halved, and all patches are recovered again. In the
+//! second attempt, the theorem makes this rare.
 //!
 //! **Work and depth.** One triangulation by the machine; the rest is sequential.
 
@@ -205,7 +205,7 @@ fn recovered_stages(mut stages: Vec<StageCounts>, removed: u64) -> Vec<StageCoun
     stages
 }
 
-/// What refinement shall reach.
+/// What refinement must reach, and what it may divide.
 #[derive(Clone, Copy, Debug)]
 pub struct Wish {
     /// The largest ratio of circumradius and shortest edge.

@@ -9,8 +9,8 @@
 //! After exchanges of cells ([`super::segments`]), the cells may have other faces in the plane than these. The edges that
 //! they have are then constraints, too.
 //!
-//! An exchange for the sphere test is always possible. On an edge whose two triangles do not form a strictly convex polygon, the test is
-//! negative: the line through three of its points meets their circle only twice.
+//! An exchange for the sphere test is always possible. On an edge whose two triangles do not form a strictly convex
+//! polygon, the test is negative: the line through three of its points meets their circle only twice.
 //!
 //! **Work and depth.** O(k^2) exchanges of k triangles in the worst case.
 

@@ -14,7 +14,7 @@
 //!
 //! **Source.** Si and Gaertner (2005); Diazzi, Panozzo, Vaxman and Attene (2023).
 //!
-//! **Work and depth.** O(n) sphere tests for each cell, for n vertices of the cavity.
+//! **Work and depth.** O(n) sphere tests for each cell, for n vertices of the cavity, and O(n^2) for each cell of a search.
 
 use std::collections::BTreeSet;
 

@@ -51,8 +51,8 @@ pub use target::{Improved, Target};
 /// The largest part of the volume that the changes of a remeshed boundary may remove.
 const SHRINKS: f64 = 1e-3;
 
-/// The largest number of bad cells for which changes are searched, in all rounds together, is four times the number at first, and
-/// this number. It bounds the work if the angles of the input forbid the target.
+/// The largest number of bad cells for which changes are searched, in all rounds together, is four times the number at
+/// first, and this number. It bounds the work if the angles of the input forbid the target.
 const EFFORT: usize = 2000;
 
 /// The number of levels of changes.

@@ -14,7 +14,10 @@
 //!
 //! **Source.** Bowyer (1981), Watson (1981); Shewchuk (1998); Si (2015).
 //!
-//! **Work and depth.** O(k log k) for k cells, except for the rare cells that shrinking removes.
+//! *Rounding.* A point on a patch lies in its plane up to the grid of doubles. The argument holds up to this distance.
+//!
+//! **Work and depth.** O(k log k) for k cells, and O(k w) for w opened walls and kept edges. Shrinking starts again for
+//! each set of cells that it removes.
 
 use glam::DVec3;
 use septet_geometry::predicates::{Sign, in_sphere, orientation};

@@ -7,7 +7,7 @@
 //!
 //! **Source.** Removal of Steiner points: George, Borouchaki and Saltel (2003).
 //!
-//! **Work and depth.** Sequential: the cells at each point, for each attempt.
+//! **Work and depth.** Sequential: O(k^2) for k cells at a point, for each attempt.
 
 use std::collections::BTreeMap;
 

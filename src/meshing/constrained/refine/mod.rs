@@ -8,10 +8,11 @@
 //! cell asks for it. If it must be kept as it is ([`Limits::divides`]), points of the volume keep away from walls instead.
 //!
 //! *It ends.* A point is inserted only if its distance from all vertices of its cavity is at least the shortest edge of
-//! the bad cell, or half the size if the cell is only too large. So no edge becomes shorter than the shortest edge of
-//! the first cells or than half the least size, and the domain is bounded. At small
-//! angles of the input, where points on two features would approach each other for ever, this rule stops refinement, and
-//! cells that it leaves stay bad. Each bad cell that cannot be changed is left.
+//! the bad cell, or half the size if the cell is only too large. So no edge becomes shorter than the shortest edge of the
+//! first cells or than half the least size. In Delaunay cells, a cavity has the nearest vertex of its point, so vertices
+//! keep this distance, and a bounded domain has room for finitely many. A limit of vertices bounds all other cases. Points
+//! on two features that meet at a small angle would otherwise approach each other forever. There, the rule leaves cells
+//! that are bad. So does a cavity that cannot be filled.
 //!
 //! *The mesh still conforms*, because of [`cavity`].
 //!
@@ -21,7 +22,8 @@
 //! No bound holds for a cell that is left. The octree of Section 5 of the paper gives sizes for its conforming meshes;
 //! here the cells themselves say where points are missing, so that small features far away count for nothing.
 //!
-//! **Work and depth.** Sequential: O(log n) for each cell that is made, and the cells of the cavities.
+//! **Work and depth.** Sequential: O(log n) for each cell that is made, the cells of the walks and of the cavities
+//! ([`cavity`]), and for each point the kept edges with several fans.
 
 mod cavity;
 mod collapse;
