@@ -100,7 +100,7 @@ pub fn constrain<P: Space, M: MeshMachine<P>>(
 ) -> Result<GeneratedMesh<P>, GenerationError<M::Error>> {
     let made = recover(domain, rules, machine)?;
     let (mesh, removed) = collapsed(&made);
-    Ok(GeneratedMesh { stages: recovered_stages(made.mesh.stages, removed), ..mesh })
+    Ok(GeneratedMesh { stages: recovered_stages(made.stages, removed), ..mesh })
 }
 
 /// Computes the constrained triangulation, and what it keeps.
@@ -108,7 +108,7 @@ fn recover<P: Space, M: MeshMachine<P>>(
     domain: &Domain<P>,
     rules: Rules<'_, P>,
     machine: &mut M,
-) -> Result<Recovered<P>, GenerationError<M::Error>> {
+) -> Result<Recovered, GenerationError<M::Error>> {
     if P::DIM != 3 {
         return Err(GenerationError::Unsupported(
             "only domains in space have a constrained tetrahedralization",
@@ -141,12 +141,12 @@ fn recover<P: Space, M: MeshMachine<P>>(
         let mut recovery = Recovery { layout: layout.clone(), points, cells, subs, limit };
         recovery.segments()?;
         let (kept, missing) = recovery.facets(exchanges)?;
-        let mut made = recovery.rounded(domain, &kept, rules)?;
+        let mut made = recovery.rounded(domain, &kept)?;
         let stage =
             |name, candidates, points| StageCounts { name, candidates, points, ..StageCounts::default() };
         let recovered = stage(RECOVERY, missing, recovery.added());
         let rounded = stage("rounding", made.rounded, 0);
-        made.mesh.stages = vec![first, recovered, rounded];
+        made.stages = vec![first, recovered, rounded];
         Ok(made)
     };
     let made = attempt(true).or_else(|_: Lost| attempt(false));
@@ -187,7 +187,7 @@ pub fn constrain_and_refine<P: Space, M: MeshMachine<P>>(
         machine.cancelled().map_or(GenerationError::TooMany(rules.most), GenerationError::Machine)
     };
     let (mut mesh, done) = refine(&made, &limits).map_err(stopped)?;
-    mesh.stages = recovered_stages(made.mesh.stages, done.removed);
+    mesh.stages = recovered_stages(made.stages, done.removed);
     mesh.stages.push(StageCounts {
         name: "refinement",
         candidates: done.bad,

@@ -93,7 +93,7 @@ pub(super) struct Stopped;
 const PATIENCE: u64 = 256;
 
 /// Returns a constrained triangulation without the points that it does not need, and their number.
-pub(super) fn collapsed<P: Space>(made: &Recovered<P>) -> (GeneratedMesh<P>, u64) {
+pub(super) fn collapsed<P: Space>(made: &Recovered) -> (GeneratedMesh<P>, u64) {
     let mut solid = Solid::new(made);
     let removed = solid.collapse(made.given);
     (solid.into_mesh(), removed)
@@ -104,7 +104,7 @@ pub(super) fn collapsed<P: Space>(made: &Recovered<P>) -> (GeneratedMesh<P>, u64
 /// # Errors
 /// Returns [`Stopped`] at the limit of vertices, or if the caller has cancelled.
 pub(super) fn refine<P: Space>(
-    made: &Recovered<P>,
+    made: &Recovered,
     limits: &Limits<'_>,
 ) -> Result<(GeneratedMesh<P>, Refined), Stopped> {
     let mut solid = Solid::new(made);

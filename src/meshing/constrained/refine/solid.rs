@@ -12,7 +12,6 @@ use glam::DVec3;
 use septet_geometry::point::Simplex;
 
 use crate::constrained::cells::{NONE, edges_of, face_of, key};
-use crate::constrained::layout::space;
 use crate::constrained::recovered::{Line, Recovered};
 use crate::constrained::segments::acute;
 use crate::generate::{CellLabels, Delaunay, GeneratedMesh, Subsegment, Vertices};
@@ -81,25 +80,15 @@ pub(super) struct Solid {
 }
 
 impl Solid {
-    pub(super) fn new<P: Space>(made: &Recovered<P>) -> Self {
-        let mesh = &made.mesh;
-        let at: Vec<DVec3> = mesh.vertices.points.iter().map(|&p| space(p)).collect();
-        let mut faces: Vec<([u32; 3], u32)> = Vec::new();
-        for ((_, face, _), &patch) in mesh.faces.iter().zip(&made.patches) {
-            faces.push((key([0, 1, 2].map(|i| face.as_ref()[i])), patch));
-        }
-        faces.sort_unstable();
-        let mut rows: Vec<Row> = Vec::new();
-        for (cell, &label) in mesh.delaunay.cells.iter().zip(&mesh.labels.of) {
-            let corners = [0, 1, 2, 3].map(|i| cell.as_ref()[i]);
-            let patch = |slot| {
-                let found = faces.binary_search_by_key(&key(face_of(&corners, slot)), |f| f.0);
-                found.map_or(NONE, |i| faces[i].1)
-            };
-            rows.push(Row { corners, across: [NONE; 4], walls: [0, 1, 2, 3].map(patch), label });
-        }
+    pub(super) fn new(made: &Recovered) -> Self {
+        let patch = |face| made.faces.get(&key(face)).copied().unwrap_or(NONE);
+        let row = |(&corners, &label)| {
+            let walls = [0, 1, 2, 3].map(|slot| patch(face_of(&corners, slot)));
+            Row { corners, across: [NONE; 4], walls, label }
+        };
+        let rows: Vec<Row> = made.cells.iter().zip(&made.labels).map(row).collect();
         let count = rows.len();
-        let mut lines_at = vec![Vec::new(); at.len()];
+        let mut lines_at = vec![Vec::new(); made.at.len()];
         for (line, ends) in (0u32..).zip(made.lines.iter().map(|l| l.ends)) {
             for v in ends {
                 lines_at[v as usize].push(line);
@@ -113,9 +102,9 @@ impl Solid {
         let mut solid = Solid {
             lines: made.lines.clone(),
             lines_at,
-            gone: vec![false; at.len()],
-            at,
-            carriers: mesh.vertices.carriers.clone(),
+            gone: vec![false; made.at.len()],
+            at: made.at.clone(),
+            carriers: made.carriers.clone(),
             rows,
             free: Vec::new(),
             kept: made.edges.iter().copied().collect(),
