@@ -61,7 +61,7 @@ mod worst;
 pub mod constrained;
 pub mod plane;
 
-pub mod as_it_is;
+pub mod constrain;
 
 pub mod mesh;
 

@@ -10,8 +10,8 @@ use domains::{AnyDomain, Known, Problem};
 use septet_core::mesh::{self, Boundary, MeshError, MeshSpec, generate, measure};
 use septet_core::spec::Workers;
 use septet_geometry::point::Point;
-use septet_meshing::as_it_is::AsItIs;
 use septet_meshing::conformity;
+use septet_meshing::constrain::Constrain;
 use septet_meshing::domain::Domain;
 use septet_meshing::mesh::{Mesh, OUTSIDE, StageLine};
 use septet_meshing::quality::Quality;
@@ -35,7 +35,10 @@ fn request(lipschitz: f64, size: Option<f64>) -> MeshSpec {
 }
 
 /// A mesh with what the machine did.
-fn made<P: AsItIs>(domain: &Domain<P>, request: &MeshSpec) -> Result<(Mesh<P>, Vec<StageLine>), MeshError> {
+fn made<P: Constrain>(
+    domain: &Domain<P>,
+    request: &MeshSpec,
+) -> Result<(Mesh<P>, Vec<StageLine>), MeshError> {
     generate(domain, &mesh::sizes(domain, request)?, request)
 }
 
@@ -67,7 +70,7 @@ fn assert_sum(found: f64, expected: f64, what: &str) {
 }
 
 /// The mesh tiles its domain: by the library's own check, and by sums of this file's own.
-fn assert_conforms<P: AsItIs>(domain: &Domain<P>, mesh: &Mesh<P>, known: &Known, what: &str) {
+fn assert_conforms<P: Constrain>(domain: &Domain<P>, mesh: &Mesh<P>, known: &Known, what: &str) {
     let found = conformity::check(domain, mesh);
     assert!(found.is_clean(), "{what}: {:?}", &found.defects[..found.defects.len().min(5)]);
     assert!(!mesh.cells.is_empty(), "{what}: no cells");
@@ -84,7 +87,7 @@ fn assert_conforms<P: AsItIs>(domain: &Domain<P>, mesh: &Mesh<P>, known: &Known,
 
 /// Sizes are Lipschitz on edges; where no features meet at less than 90 degrees both bounds hold without exception
 /// and all circumcentres lie in the domain, and elsewhere a cell beyond a bound is near a feature that is named.
-fn assert_promises<P: AsItIs>(quality: &Quality<P>, lipschitz: f64, known: &Known, what: &str) {
+fn assert_promises<P: Constrain>(quality: &Quality<P>, lipschitz: f64, known: &Known, what: &str) {
     let steepest = quality.steepest.slope;
     assert!(steepest <= lipschitz * (1.0 + 1e-9), "{what}: f has slope {steepest}");
     let [free, near, above, outside] = &quality.places;
@@ -115,7 +118,7 @@ fn assert_rounds(stages: &[StageLine], what: &str) {
 }
 
 /// Makes the mesh and checks it.
-fn check_request<P: AsItIs>(domain: &Domain<P>, known: &Known, request: &MeshSpec, what: &str) {
+fn check_request<P: Constrain>(domain: &Domain<P>, known: &Known, request: &MeshSpec, what: &str) {
     assert_eq!(domain.small_angles(90.0).is_empty(), known.right_angles, "{what}: angles");
     let size = mesh::sizes(domain, request).unwrap();
     let (mesh, stages) = generate(domain, &size, request).unwrap_or_else(|e| panic!("{what}: {e}"));

@@ -18,8 +18,8 @@ mod tests;
 
 use std::time::Instant;
 
-use septet_meshing::as_it_is::{AsItIs, Counted};
 use septet_meshing::conformity::{self, Conformity, Follow};
+use septet_meshing::constrain::{Constrain, Counted};
 use septet_meshing::distance::Features;
 use septet_meshing::domain::Domain;
 use septet_meshing::facet::Triangulate;
@@ -177,7 +177,7 @@ struct Built<P: Triangulate> {
 ///
 /// # Errors
 /// Returns [`MeshError`].
-pub fn generate<P: AsItIs>(
+pub fn generate<P: Constrain>(
     domain: &Domain<P>,
     size: &SizeFunction<P>,
     request: &MeshSpec,
@@ -189,7 +189,7 @@ pub fn generate<P: AsItIs>(
 ///
 /// # Errors
 /// Returns [`MeshError`].
-fn build<P: AsItIs>(
+fn build<P: Constrain>(
     domain: &Domain<P>,
     size: &SizeFunction<P>,
     request: &MeshSpec,
@@ -249,7 +249,7 @@ fn build<P: AsItIs>(
 }
 
 /// Generates a mesh as the request chooses. Also returns the operations that the machine does not count.
-fn generated<P: AsItIs>(
+fn generated<P: Constrain>(
     domain: &Domain<P>,
     rules: Rules<'_, P>,
     request: &MeshSpec,

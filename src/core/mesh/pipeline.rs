@@ -6,8 +6,8 @@ use std::time::Instant;
 
 use glam::{DVec2, DVec3};
 use septet_meshing::Accepted;
-use septet_meshing::as_it_is::AsItIs;
 use septet_meshing::conformity::Conformity;
+use septet_meshing::constrain::Constrain;
 use septet_meshing::defect::{Defect, Element};
 use septet_meshing::domain::Domain;
 use septet_meshing::facet::Triangulate;
@@ -210,7 +210,7 @@ pub fn make_of<P: Dimension>(
 }
 
 /// Runs [`made`] on the threads of the request.
-fn checked<P: AsItIs>(
+fn checked<P: Constrain>(
     domain: &Domain<P>,
     request: &MeshSpec,
     keep: MeshKeep,
@@ -221,7 +221,11 @@ fn checked<P: AsItIs>(
 }
 
 /// Computes sizes, mesh, conformity and quality, in this order.
-fn made<P: AsItIs>(domain: &Domain<P>, request: &MeshSpec, keep: MeshKeep) -> Result<Made<P>, MakeError<P>> {
+fn made<P: Constrain>(
+    domain: &Domain<P>,
+    request: &MeshSpec,
+    keep: MeshKeep,
+) -> Result<Made<P>, MakeError<P>> {
     if request.max_distance.is_some() && !request.remeshes(domain) {
         let what =
             "a largest distance applies only to remeshed boundaries, but this boundary is kept exactly";

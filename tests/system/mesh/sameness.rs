@@ -3,7 +3,7 @@
 use septet_core::mesh::{Boundary, MeshSpec};
 use septet_core::spec::{Transport, Workers};
 use septet_geometry::point::Point;
-use septet_meshing::as_it_is::AsItIs;
+use septet_meshing::constrain::Constrain;
 use septet_meshing::domain::Domain;
 use septet_meshing::mesh::{Mesh, StageLine};
 
@@ -36,7 +36,7 @@ fn machines(base: &MeshSpec) -> Vec<MeshSpec> {
     all
 }
 
-fn same<P: AsItIs>(domain: &Domain<P>, name: &str, base: &MeshSpec, machines: &[MeshSpec]) {
+fn same<P: Constrain>(domain: &Domain<P>, name: &str, base: &MeshSpec, machines: &[MeshSpec]) {
     let (first, stages) = made(domain, base).unwrap();
     let bytes = |stages: &[StageLine]| stages.iter().map(|s| s.bytes).sum::<u64>();
     let mut sent = 0;

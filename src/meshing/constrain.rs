@@ -12,7 +12,7 @@ use crate::plane;
 pub type Counted<P, E> = Result<(GeneratedMesh<P>, u64), GenerationError<E>>;
 
 /// A dimension in which the constrained triangulation of a domain can be requested, as it is or refined.
-pub trait AsItIs: Triangulate {
+pub trait Constrain: Triangulate {
     /// Returns the constrained triangulation of a domain. In space, it has points on edges that cannot be kept otherwise.
     ///
     /// # Errors
@@ -36,7 +36,7 @@ pub trait AsItIs: Triangulate {
     ) -> Counted<Self, M::Error>;
 }
 
-impl AsItIs for DVec2 {
+impl Constrain for DVec2 {
     fn as_it_is<M: MeshMachine<Self>>(
         domain: &Domain<Self>,
         _: Rules<'_, Self>,
@@ -60,7 +60,7 @@ impl AsItIs for DVec2 {
     }
 }
 
-impl AsItIs for DVec3 {
+impl Constrain for DVec3 {
     fn as_it_is<M: MeshMachine<Self>>(
         domain: &Domain<Self>,
         rules: Rules<'_, Self>,
